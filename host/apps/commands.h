@@ -1,0 +1,18 @@
+// The subcommands of `lamella`. Each adds itself to the parser and, when chosen, sets the exit code:
+// 0 done, 1 done but below the quality asked, 2 bad input, 3 rig or link failed.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace lamella::apps {
+
+void add_capture(CLI::App& app, int* exit_code);
+void add_twin(CLI::App& app, int* exit_code);
+void add_check(CLI::App& app, int* exit_code);
+void add_fit(CLI::App& app, int* exit_code);
+void add_render(CLI::App& app, int* exit_code);
+void add_compare(CLI::App& app, int* exit_code);
+void add_export(CLI::App& app, int* exit_code);
+void add_review(CLI::App& app, int* exit_code);
+
+}  // namespace lamella::apps

@@ -1,0 +1,59 @@
+// Step 1, linearise: the photographs of one burst as radiance in the colours of the LEDs, black
+// level, ambient light, extinction and projector tint removed (session-format: Radiometry).
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "io/session.h"
+
+namespace lamella::fit {
+
+// Light that keeps its polarization passes `parallel` only; half the rest passes either.
+struct AnalyserPair {
+  Image3 parallel;
+  Image3 cross;
+};
+
+// S = parallel - cross: surface reflection and single scattering. Noisy, may be negative.
+Image3 polarized(const AnalyserPair& pair);
+
+// Variance of one stored sample, from the camera's noise model, in radiance units squared.
+struct NoiseModel {
+  double read_variance = 0;           // stored^2, quantisation included
+  double photon_variance_per_unit = 0;  // stored: variance = read + this * stored value
+  float variance(float radiance, float radiance_scale = 1.f) const;
+};
+
+struct Burst {
+  const Session* session = nullptr;
+  Labels regions;                         // 0 background
+  std::vector<std::string> region_names;  // names[label]
+  NoiseModel noise;
+
+  // LED lit.
+  AnalyserPair full;                      // GRADIENT_FULL
+  std::array<AnalyserPair, 3> gradient;   // GRADIENT_X, _Y, _Z
+  Mask clipped_led;                       // clipped in any LED frame
+
+  // Projector lit, left camera. `front` still holds the projector's black level (white is
+  // b + (1 - b) = 1); every other pattern has it removed, so that its light is (1 - b) x pattern.
+  AnalyserPair front;
+  Image3 black;                           // BLACK frame, cross
+  Image3 front_lit;                       // front.cross - black
+  std::vector<Image3> fringe;             // cross - black, by index
+  Image3 dots;                            // cross - black
+  std::array<Image3, 4> stripes;          // cross - black
+  Mask clipped_projector;
+  float black_level = 0;                  // b, estimated: median of BLACK / FRONT cross
+
+  // Right camera; empty where there is none.
+  std::vector<Image3> right_fringe;       // cross - black
+  Image3 right_front_lit;
+};
+
+// Reads all frames (in parallel). Throws Error that names file and field.
+Burst linearise(const Session& session);
+
+}  // namespace lamella::fit

@@ -1,0 +1,20 @@
+// Step 2, geometry: left camera, right camera and projector column triangulated from the colour
+// fringes.
+#pragma once
+
+#include "fit/burst.h"
+
+namespace lamella::fit {
+
+struct Geometry {
+  Image3 position_mm;       // rig frame; NaN where nothing was measured
+  Image1 sigma_mm;          // one sigma of the position along the ray
+  Image2 projector_px;      // (u, v) that lights the pixel
+  Image3 to_camera;         // v, unit
+  Image3 to_projector;      // l, unit
+  Image1 projector_irradiance;  // radiance of white facing the projector there; 1 at the origin
+};
+
+Geometry reconstruct_geometry(const Burst& burst);
+
+}  // namespace lamella::fit

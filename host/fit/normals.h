@@ -1,0 +1,20 @@
+// Step 3, normals: from the gradients (Ma et al. 2007), by inverting the sum over the LEDs that are
+// really there, merged with the stereo surface.
+#pragma once
+
+#include "fit/geometry.h"
+
+namespace lamella::fit {
+
+struct Normals {
+  Image3 specular;                // unit, rig frame
+  std::array<Image3, 3> diffuse;  // per channel: a Lambertian surface's with the same D
+  Image1 specular_confidence;     // 0 to 1
+  Image1 diffuse_confidence;
+  Image1 ambient_visibility;      // share of the LED light (cosine-weighted) that reaches the pixel
+};
+
+// Also improves `geometry` where the normals know better than stereo (Nehab et al. 2005).
+Normals estimate_normals(const Burst& burst, Geometry* geometry);
+
+}  // namespace lamella::fit

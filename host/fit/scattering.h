@@ -1,0 +1,46 @@
+// Steps 6 to 9: stripes to shallow and deep, dots to l_d per region, the multipole from deep and
+// shallow together, alpha' and total albedo per pixel (sec. 4.2, eq. 5 to 8).
+#pragma once
+
+#include <string>
+
+#include "fit/normals.h"
+
+namespace lamella::fit {
+
+struct Separation {
+  Image3 shallow_albedo;  // 2 A / E
+  Image3 deep_albedo;     // 4 M / E
+  Image1 confidence;
+  double closure_rms = 0;  // of shallow + deep against FRONT - BLACK, relative
+};
+
+struct RegionScattering {
+  bool deep_fitted = false, shallow_fitted = false;
+  std::string deep_why, shallow_why;
+  std::array<double, 3> ld_mm{}, ld_mm_stddev{}, alpha_dot{}, alpha_dot_stddev{}, deep_rms{};
+  std::array<double, 3> shallow_alpha{}, shallow_alpha_stddev{}, shallow_ld_mm{},
+      shallow_ld_mm_stddev{}, shallow_rms{};
+  double thickness_mm = 0.5;
+  int dots = 0;
+};
+
+struct Scattering {
+  std::vector<RegionScattering> regions;  // by label - 1
+  Image3 deep_ld_mm;                      // blended across region borders
+  Image3 deep_alpha;                      // from deep_albedo by eq. 8
+};
+
+struct Albedo {
+  Image3 total;       // occlusion removed by inverse simulation
+  Image1 confidence;
+};
+
+Separation separate_layers(const Burst& burst, const Geometry& geometry, const Normals& normals);
+
+Scattering fit_scattering(const Burst& burst, const Geometry& geometry, const Normals& normals,
+                          const Separation& separation);
+
+Albedo fit_albedo(const Burst& burst, const Geometry& geometry, const Normals& normals);
+
+}  // namespace lamella::fit

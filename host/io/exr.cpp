@@ -1,0 +1,189 @@
+#include "io/exr.h"
+
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfInputFile.h>
+#include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfTestFile.h>
+
+#include <atomic>
+
+#include "base/error.h"
+#include "io/whole_file.h"
+
+namespace lamella {
+
+namespace {
+
+constexpr int kMaxSide = 32768;
+constexpr int kZipLevel = 1;  // level 4 halves the speed for 3 % of the size of float maps
+
+// Half values converted by OpenEXR into our own float planes (or interleaved vectors).
+struct Plane {
+  std::string name;
+  char* base;
+  size_t x_stride;
+  size_t y_stride;
+};
+
+cv::Size checked_size(const Imf::InputFile& file, const fs::path& path) {
+  const Imath::Box2i box = file.header().dataWindow();
+  const long width = long(box.max.x) - box.min.x + 1, height = long(box.max.y) - box.min.y + 1;
+  if (width < 1 || height < 1 || width > kMaxSide || height > kMaxSide) {
+    throw_bad_input(path.string(), "data window of " + std::to_string(width) + "x" +
+                                       std::to_string(height) + " pixels",
+                    "at most 32768 pixels a side are read");
+  }
+  return {int(width), int(height)};
+}
+
+void read_planes(Imf::InputFile& file, const std::vector<Plane>& planes) {
+  const Imath::Box2i box = file.header().dataWindow();
+  Imf::FrameBuffer buffer;
+  for (const Plane& p : planes) {
+    char* origin = p.base - box.min.x * ptrdiff_t(p.x_stride) - box.min.y * ptrdiff_t(p.y_stride);
+    buffer.insert(p.name, Imf::Slice(Imf::FLOAT, origin, p.x_stride, p.y_stride, 1, 1, 0.0));
+  }
+  file.setFrameBuffer(buffer);
+  file.readPixels(box.min.y, box.max.y);
+}
+
+void require_channels(const Imf::InputFile& file, const std::vector<std::string>& names,
+                      const fs::path& path) {
+  for (const std::string& name : names) {
+    const Imf::Channel* channel = file.header().channels().findChannel(name);
+    if (!channel) throw_bad_input(path.string(), "no channel " + name);
+    if (channel->xSampling != 1 || channel->ySampling != 1) {
+      throw_bad_input(path.string(), "channel " + name + " is subsampled");
+    }
+  }
+}
+
+template <class Read>
+auto reading(const fs::path& path, const Read& read) {
+  if (!fs::exists(path)) throw_bad_input(path.string(), "no such file");
+  try {
+    Imf::InputFile file(path.c_str(), 0);
+    return read(file);
+  } catch (const Error&) {
+    throw;
+  } catch (const std::exception& e) {
+    throw_bad_input(path.string(), std::string("not a whole OpenEXR file (") + e.what() + ")",
+                    "copy it again");
+  }
+}
+
+Image3 read_interleaved(const fs::path& path, const std::vector<std::string>& names) {
+  return reading(path, [&](Imf::InputFile& file) {
+    require_channels(file, names, path);
+    Image3 image(checked_size(file, path));
+    std::vector<Plane> planes;
+    for (int c = 0; c < 3; ++c) {
+      planes.push_back({names[c], reinterpret_cast<char*>(image.data) + c * sizeof(float),
+                        sizeof(Vec3), image.step[0]});
+    }
+    read_planes(file, planes);
+    return image;
+  });
+}
+
+void write_planes(const fs::path& path, cv::Size size, const std::vector<Plane>& planes,
+                  PixelType type) {
+  write_whole_file(path, [&](const fs::path& temporary) {
+    Imf::Header header(size.width, size.height);
+    header.compression() = Imf::ZIP_COMPRESSION;
+    header.zipCompressionLevel() = kZipLevel;
+    const Imf::PixelType stored = type == PixelType::kHalf ? Imf::HALF : Imf::FLOAT;
+    Imf::FrameBuffer buffer;
+    for (const Plane& p : planes) {
+      header.channels().insert(p.name, Imf::Channel(stored));
+      buffer.insert(p.name, Imf::Slice(stored, p.base, p.x_stride, p.y_stride));
+    }
+    Imf::OutputFile file(temporary.c_str(), header, 0);
+    file.setFrameBuffer(buffer);
+    file.writePixels(size.height);
+  });
+}
+
+// OpenEXR does not convert on writing: half files are written from half copies.
+std::vector<std::pair<std::string, cv::Mat>> as_half(
+    const std::vector<std::pair<std::string, Image1>>& channels) {
+  std::vector<std::pair<std::string, cv::Mat>> halves;
+  for (const auto& [name, image] : channels) {
+    cv::Mat half;
+    image.convertTo(half, CV_16F);
+    halves.emplace_back(name, half);
+  }
+  return halves;
+}
+
+void write_interleaved(const fs::path& path, const Image3& image, const std::string& names,
+                       PixelType type) {
+  cv::Mat pixels = image;
+  if (type == PixelType::kHalf) image.convertTo(pixels, CV_16F);
+  const size_t bytes = pixels.elemSize1();
+  std::vector<Plane> planes;
+  for (int c = 0; c < 3; ++c) {
+    planes.push_back({std::string(1, names[c]), reinterpret_cast<char*>(pixels.data) + c * bytes,
+                      3 * bytes, pixels.step[0]});
+  }
+  write_planes(path, image.size(), planes, type);
+}
+
+}  // namespace
+
+Image3 read_exr_rgb(const fs::path& path) { return read_interleaved(path, {"R", "G", "B"}); }
+
+Image3 read_exr_xyz(const fs::path& path) { return read_interleaved(path, {"X", "Y", "Z"}); }
+
+std::vector<Image1> read_exr(const fs::path& path, const std::vector<std::string>& channels) {
+  return reading(path, [&](Imf::InputFile& file) {
+    require_channels(file, channels, path);
+    const cv::Size size = checked_size(file, path);
+    std::vector<Image1> images;
+    std::vector<Plane> planes;
+    for (const std::string& name : channels) {
+      images.emplace_back(size);
+      planes.push_back({name, reinterpret_cast<char*>(images.back().data), sizeof(float),
+                        images.back().step[0]});
+    }
+    read_planes(file, planes);
+    return images;
+  });
+}
+
+std::vector<std::string> exr_channels(const fs::path& path) {
+  return reading(path, [&](Imf::InputFile& file) {
+    std::vector<std::string> names;
+    const Imf::ChannelList& list = file.header().channels();
+    for (auto it = list.begin(); it != list.end(); ++it) names.emplace_back(it.name());
+    return names;
+  });
+}
+
+void write_exr(const fs::path& path, const std::vector<std::pair<std::string, Image1>>& channels,
+               PixelType type) {
+  if (channels.empty()) throw_bad_input(path.string(), "no channels to write");
+  std::vector<std::pair<std::string, cv::Mat>> stored;
+  if (type == PixelType::kHalf) {
+    stored = as_half(channels);
+  } else {
+    stored.assign(channels.begin(), channels.end());
+  }
+  std::vector<Plane> planes;
+  for (const auto& [name, image] : stored) {
+    planes.push_back({name, reinterpret_cast<char*>(image.data), image.elemSize1(), image.step[0]});
+  }
+  write_planes(path, channels.front().second.size(), planes, type);
+}
+
+void write_exr_rgb(const fs::path& path, const Image3& rgb, PixelType type) {
+  write_interleaved(path, rgb, "RGB", type);
+}
+
+void write_exr_xyz(const fs::path& path, const Image3& xyz, PixelType type) {
+  write_interleaved(path, xyz, "XYZ", type);
+}
+
+}  // namespace lamella

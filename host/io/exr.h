@@ -1,0 +1,37 @@
+// OpenEXR files in and out. Errors name the file; a file is written whole or not at all.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/vec.h"
+
+namespace lamella {
+
+namespace fs = std::filesystem;
+
+// Channels R, G, B (half or float) as linear rgb. Throws Error where a channel is missing, the file
+// is truncated or not EXR.
+Image3 read_exr_rgb(const fs::path& path);
+
+// Channels X, Y, Z.
+Image3 read_exr_xyz(const fs::path& path);
+
+// Any channels by name, in the order asked for.
+std::vector<Image1> read_exr(const fs::path& path, const std::vector<std::string>& channels);
+
+// Names of the channels of a file, sorted.
+std::vector<std::string> exr_channels(const fs::path& path);
+
+enum class PixelType { kHalf, kFloat };
+
+// All images of one size. ZIP compressed, through a temporary file and a rename.
+void write_exr(const fs::path& path, const std::vector<std::pair<std::string, Image1>>& channels,
+               PixelType type = PixelType::kFloat);
+void write_exr_rgb(const fs::path& path, const Image3& rgb, PixelType type = PixelType::kFloat);
+void write_exr_xyz(const fs::path& path, const Image3& xyz, PixelType type = PixelType::kFloat);
+
+}  // namespace lamella

@@ -1,0 +1,128 @@
+#include "io/layer_maps.h"
+
+#include <functional>
+#include <opencv2/imgcodecs.hpp>
+
+#include "base/error.h"
+#include "base/parallel.h"
+#include "io/json.h"
+#include "io/whole_file.h"
+
+namespace lamella {
+
+namespace {
+
+// Name of the file, the member, and whether its channels are X Y Z (else R G B).
+struct Map3 {
+  const char* name;
+  Image3 LayerMaps::*member;
+  bool xyz;
+};
+
+constexpr Map3 kMaps3[] = {
+    {"position", &LayerMaps::position_mm, true},
+    {"normal_specular", &LayerMaps::normal_specular, true},
+    {"single_albedo", &LayerMaps::single_albedo, false},
+    {"total_albedo", &LayerMaps::total_albedo, false},
+    {"shallow_albedo", &LayerMaps::shallow_albedo, false},
+    {"deep_albedo", &LayerMaps::deep_albedo, false},
+    {"deep_alpha", &LayerMaps::deep_alpha, false},
+    {"deep_ld", &LayerMaps::deep_ld_mm, false},
+};
+
+std::vector<std::string> diffuse_channels() {
+  std::vector<std::string> names;
+  for (const char* c : {"r", "g", "b"}) {
+    for (const char* a : {"X", "Y", "Z"}) names.push_back(std::string(c) + "." + a);
+  }
+  return names;
+}
+
+void read_normal_diffuse(const fs::path& file, LayerMaps* maps) {
+  const std::vector<Image1> planes = read_exr(file, diffuse_channels());
+  for (int c = 0; c < 3; ++c) {
+    const std::vector<cv::Mat> xyz(planes.begin() + 3 * c, planes.begin() + 3 * c + 3);
+    cv::merge(xyz, maps->normal_diffuse[c]);
+  }
+}
+
+void write_normal_diffuse(const fs::path& file, const LayerMaps& maps) {
+  const std::vector<std::string> names = diffuse_channels();
+  std::vector<std::pair<std::string, Image1>> channels;
+  for (int c = 0; c < 3; ++c) {
+    std::vector<cv::Mat> xyz;
+    cv::split(maps.normal_diffuse[c], xyz);
+    for (int a = 0; a < 3; ++a) channels.emplace_back(names[3 * c + a], xyz[a]);
+  }
+  write_exr(file, channels);
+}
+
+void write_labels(const fs::path& file, const Labels& labels) {
+  std::vector<uchar> png;
+  cv::imencode(".png", labels, png);
+  write_whole_text(file, std::string(png.begin(), png.end()));
+}
+
+}  // namespace
+
+LayerMaps read_layer_maps(const fs::path& folder) {
+  if (!fs::is_directory(folder)) throw_bad_input(folder.string(), "no such folder");
+  LayerMaps maps;
+  const auto at = [&](const std::string& name) { return folder / (name + ".exr"); };
+  for (const Map3& m : kMaps3) {
+    if (!fs::exists(at(m.name))) continue;
+    maps.*m.member = m.xyz ? read_exr_xyz(at(m.name)) : read_exr_rgb(at(m.name));
+  }
+  if (maps.position_mm.empty() || maps.normal_specular.empty()) {
+    throw_bad_input(folder.string(), "no position.exr or normal_specular.exr", "run fit first");
+  }
+  if (fs::exists(at("normal_diffuse"))) read_normal_diffuse(at("normal_diffuse"), &maps);
+  if (fs::exists(at("specular_intensity"))) {
+    maps.specular_intensity = read_exr(at("specular_intensity"), {"Y"})[0];
+  }
+  if (fs::exists(at("confidence"))) {
+    const std::vector<std::string> names = exr_channels(at("confidence"));
+    const std::vector<Image1> planes = read_exr(at("confidence"), names);
+    for (size_t i = 0; i < names.size(); ++i) maps.confidence[names[i]] = planes[i];
+  }
+  maps.regions = cv::imread((folder / "regions.png").string(), cv::IMREAD_GRAYSCALE);
+  if (maps.regions.empty()) throw_bad_input((folder / "regions.png").string(), "cannot be read");
+  return maps;
+}
+
+void write_layer_maps(const fs::path& folder, const LayerMaps& maps) {
+  std::vector<std::function<void()>> jobs;
+  const auto at = [&](const std::string& name) { return folder / (name + ".exr"); };
+  if (!maps.normal_diffuse[0].empty()) {
+    jobs.push_back([&] { write_normal_diffuse(at("normal_diffuse"), maps); });
+  }
+  if (!maps.confidence.empty()) {
+    jobs.push_back([&] {
+      write_exr(at("confidence"), {maps.confidence.begin(), maps.confidence.end()},
+                PixelType::kHalf);
+    });
+  }
+  for (const Map3& m : kMaps3) {
+    if ((maps.*m.member).empty()) continue;
+    jobs.push_back([&maps, &m, at] {
+      if (m.xyz) {
+        write_exr_xyz(at(m.name), maps.*m.member);
+      } else {
+        write_exr_rgb(at(m.name), maps.*m.member);
+      }
+    });
+  }
+  if (!maps.specular_intensity.empty()) {
+    jobs.push_back([&] { write_exr(at("specular_intensity"), {{"Y", maps.specular_intensity}}); });
+  }
+  jobs.push_back([&] { write_labels(folder / "regions.png", maps.regions); });
+  tbb::parallel_for(size_t(0), jobs.size(), [&](size_t i) { jobs[i](); });
+}
+
+v1::Layers read_layers(const fs::path& file) {
+  v1::Layers layers;
+  read_json(file, &layers);
+  return layers;
+}
+
+}  // namespace lamella

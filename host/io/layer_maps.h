@@ -1,0 +1,37 @@
+// The maps that `fit` writes and `truth/` holds, in left-camera pixels; NaN means not known.
+#pragma once
+
+#include <array>
+#include <map>
+#include <string>
+
+#include "io/exr.h"
+#include "layers.pb.h"
+
+namespace lamella {
+
+struct LayerMaps {
+  Image3 position_mm;                    // rig frame
+  Image3 normal_specular;                // unit, rig frame
+  std::array<Image3, 3> normal_diffuse;  // per channel r, g, b
+  Image1 specular_intensity;             // c of eq. 1
+  Image3 single_albedo;
+  Image3 total_albedo;
+  Image3 shallow_albedo;
+  Image3 deep_albedo;
+  Image3 deep_alpha;
+  Image3 deep_ld_mm;
+  std::map<std::string, Image1> confidence;  // by map name, 0 to 1; empty in truth/
+  Labels regions;
+};
+
+// Reads a folder of maps. A map that is not there stays empty; `position`, `normal_specular` and
+// `regions.png` must be there. Throws Error.
+LayerMaps read_layer_maps(const fs::path& folder);
+
+// Writes all maps that are not empty, in parallel, and regions.png. Channel names as documented.
+void write_layer_maps(const fs::path& folder, const LayerMaps& maps);
+
+v1::Layers read_layers(const fs::path& file);  // layers.json
+
+}  // namespace lamella

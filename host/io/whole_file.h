@@ -1,0 +1,39 @@
+// Outputs appear whole or not at all: written beside their place, then renamed into it.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+
+namespace lamella {
+
+namespace fs = std::filesystem;
+
+// Calls `write(temporary)` and renames the result to `path`. On any exception the temporary is
+// removed and the exception goes on, as an Error that names `path`.
+void write_whole_file(const fs::path& path, const std::function<void(const fs::path&)>& write);
+
+void write_whole_text(const fs::path& path, const std::string& text);
+
+// A folder that appears at `place` when committed; until then its files lie in `path()`, beside it.
+// An older folder at `place` is replaced by the new one in one rename.
+class WholeFolder {
+ public:
+  explicit WholeFolder(fs::path place);
+  ~WholeFolder();  // not committed: everything is removed
+  WholeFolder(const WholeFolder&) = delete;
+  WholeFolder& operator=(const WholeFolder&) = delete;
+
+  const fs::path& path() const { return temporary_; }
+  void commit();
+
+ private:
+  fs::path place_;
+  fs::path temporary_;
+  bool committed_ = false;
+};
+
+// The whole text of a file. Throws Error where it cannot be read or is over `max_bytes`.
+std::string read_text(const fs::path& path, size_t max_bytes = 64u << 20);
+
+}  // namespace lamella
