@@ -1,10 +1,79 @@
+// lamella fit SESSION: from the photographs to the layers.
+#include <fmt/core.h>
+
+#include <cstdio>
+#include <memory>
+
 #include "apps/commands.h"
-#include "base/error.h"
+#include "base/progress.h"
+#include "fit/layers.h"
+#include "io/json.h"
+#include "io/whole_file.h"
 
 namespace lamella::apps {
 
+namespace {
+
+struct FitArguments {
+  std::string session;
+  std::string out;
+  std::string until = "albedo";
+  bool json = false;
+};
+
+void print_summary(const v1::Layers& layers, const fs::path& out, double total_s) {
+  fmt::print("{:<12} {:>5} {:>17} {:>23} {:>23}\n", "region", "m", "l_d r g b (mm)",
+             "alpha_dot r g b", "single r g b");
+  for (const v1::Region& r : layers.regions()) {
+    fmt::print("{:<12} {:>5.3f}", r.name(), r.specular().gaussian_m());
+    if (r.deep().ld_mm_size() == 3) {
+      fmt::print("  {:>5.2f} {:>4.2f} {:>4.2f}", r.deep().ld_mm(0), r.deep().ld_mm(1),
+                 r.deep().ld_mm(2));
+      fmt::print("    {:>6.4f} {:>6.4f} {:>6.4f}", r.deep().alpha_dot(0), r.deep().alpha_dot(1),
+                 r.deep().alpha_dot(2));
+    }
+    if (r.single().amplitude_size() == 3) {
+      fmt::print("    {:>6.4f} {:>6.4f} {:>6.4f}", r.single().amplitude(0),
+                 r.single().amplitude(1), r.single().amplitude(2));
+    }
+    fmt::print("\n");
+  }
+  fmt::print("\nwrote {} in {:.2f} s\n", out.string(), total_s);
+}
+
+void run_fit(const FitArguments& args) {
+  const Stopwatch watch;
+  const Session session = read_session(args.session);
+  for (const std::string& warning : session.warnings) {
+    fmt::print(stderr, "lamella: warning: {}\n", warning);
+  }
+  const fs::path out = args.out.empty() ? session.path / "fit" : fs::path(args.out);
+  fit::LayeredFit fit = fit::fit_layers(session, fit::step_from_name(args.until));
+  const Stopwatch write_watch;
+  WholeFolder folder(out);
+  write_layer_maps(folder.path(), fit.maps);
+  auto& timings = *fit.layers.mutable_timings_s();
+  timings["write"] = write_watch.seconds();
+  timings["total"] = watch.seconds();
+  write_json(folder.path() / "layers.json", fit.layers);
+  folder.commit();
+  if (args.json) {
+    fmt::print("{}\n", to_json(fit.layers));
+  } else {
+    print_summary(fit.layers, out, watch.seconds());
+  }
+}
+
+}  // namespace
+
 void add_fit(CLI::App& app, int*) {
-  app.add_subcommand("fit")->callback([] { throw_bad_input("fit", "not in this build"); });
+  auto args = std::make_shared<FitArguments>();
+  CLI::App* command = app.add_subcommand("fit", "Fit the layers of a session");
+  command->add_option("session", args->session, "session folder")->required();
+  command->add_option("--out", args->out, "folder to write (default SESSION/fit)");
+  command->add_option("--until", args->until, "last step to run")->capture_default_str();
+  command->add_flag("--json", args->json, "print layers.json instead of the summary");
+  command->callback([args] { run_fit(*args); });
 }
 
 }  // namespace lamella::apps

@@ -1,0 +1,239 @@
+#include "fit/burst.h"
+
+#include <algorithm>
+#include <opencv2/imgproc.hpp>
+
+#include "base/error.h"
+#include "base/parallel.h"
+
+namespace lamella::fit {
+
+namespace {
+
+constexpr double kQuantisationSteps = 4095;  // 12 bits over the saturation, as the format says
+constexpr double kLitShare = 0.05;           // of the bright end: darker than this is background
+
+// Where one photograph of the burst goes.
+struct Slot {
+  const Frame* frame;
+  Image3* image;
+  Mask* clipped;
+};
+
+bool is_projector_lit(Role role) {
+  return role == Role::kFringe || role == Role::kBlack || role == Role::kDots ||
+         role == Role::kFront || role == Role::kStripes;
+}
+
+void transform_colours(Image3* image, const Mat33d& matrix) {
+  if (matrix == Mat33d::eye()) return;
+  const cv::Matx33f m(matrix);
+  parallel_for(image->rows, [&](int y) {
+    Vec3* row = (*image)[y];
+    for (int x = 0; x < image->cols; ++x) row[x] = m * row[x];
+  });
+}
+
+void subtract(Image3* image, const Image3& offset) {
+  if (!image->empty() && !offset.empty()) *image -= offset;
+}
+
+// cross = D/2 + e S and parallel = S + D/2: solve for S and D/2.
+void remove_extinction(AnalyserPair* pair, double extinction) {
+  if (extinction <= 0) return;
+  const float e = float(extinction);
+  parallel_for(pair->cross.rows, [&](int y) {
+    for (int x = 0; x < pair->cross.cols; ++x) {
+      const Vec3 s = (pair->parallel(y, x) - pair->cross(y, x)) * (1.f / (1.f - e));
+      pair->cross(y, x) -= s * e;
+      pair->parallel(y, x) = pair->cross(y, x) + s;
+    }
+  });
+}
+
+class Reader {
+ public:
+  explicit Reader(const Session& session) : session_(session) {}
+
+  void add(const std::string& camera, Role role, int index, Analyser analyser, Image3* image) {
+    if (const Frame* frame = session_.find(camera, role, index, analyser)) {
+      slots_.push_back({frame, image, nullptr});
+    }
+  }
+
+  // Fills every image; ORs the clipped pixels of the left camera into the two masks.
+  void read(Mask* clipped_led, Mask* clipped_projector) {
+    std::vector<Mask> clipped(slots_.size());
+    tbb::parallel_for(size_t(0), slots_.size(), [&](size_t i) {
+      Photograph photograph = read_photograph(session_, *slots_[i].frame);
+      if (is_projector_lit(slots_[i].frame->role)) {
+        transform_colours(&photograph.radiance, session_.projector_to_led);
+      }
+      *slots_[i].image = photograph.radiance;
+      clipped[i] = photograph.clipped;
+    });
+    const cv::Size size(session_.left.width, session_.left.height);
+    *clipped_led = Mask(size, 0);
+    *clipped_projector = Mask(size, 0);
+    for (size_t i = 0; i < slots_.size(); ++i) {
+      if (slots_[i].frame->camera != "left") continue;
+      Mask* to = is_projector_lit(slots_[i].frame->role) ? clipped_projector : clipped_led;
+      cv::bitwise_or(*to, clipped[i], *to);
+    }
+  }
+
+ private:
+  const Session& session_;
+  std::vector<Slot> slots_;
+};
+
+NoiseModel noise_of(const Camera& camera) {
+  NoiseModel noise;
+  const bool known = camera.saturation < 1e29;
+  const double step = known ? camera.saturation / kQuantisationSteps : 0;
+  noise.read_variance = camera.read_noise * camera.read_noise + step * step / 12;
+  if (known && camera.full_well_electrons > 0) {
+    noise.photon_variance_per_unit = camera.saturation / camera.full_well_electrons;
+  }
+  return noise;
+}
+
+// b: what the projector emits when told black, as a share of what it emits when told white.
+float estimate_black_level(const Image3& black, const Image3& front_cross, const Labels& regions) {
+  double dark = 0, lit = 0;
+  for (int y = 0; y < black.rows; ++y) {
+    for (int x = 0; x < black.cols; ++x) {
+      if (regions(y, x) == 0) continue;
+      dark += mean(black(y, x));
+      lit += mean(front_cross(y, x));
+    }
+  }
+  return lit > 0 ? float(std::clamp(dark / lit, 0.0, 0.5)) : 0.f;
+}
+
+// Without a label image the subject is one region: the largest lit piece of the photograph.
+Labels subject_mask(const Image3& front_lit) {
+  Image1 brightness(front_lit.size());
+  parallel_for(front_lit.rows, [&](int y) {
+    for (int x = 0; x < front_lit.cols; ++x) brightness(y, x) = mean(front_lit(y, x));
+  });
+  cv::GaussianBlur(brightness, brightness, cv::Size(0, 0), 2.0);
+  std::vector<float> sorted(brightness.begin(), brightness.end());
+  const auto bright = sorted.begin() + ptrdiff_t(0.98 * double(sorted.size() - 1));
+  std::nth_element(sorted.begin(), bright, sorted.end());
+  const Mask lit = brightness > kLitShare * *bright;
+  cv::Mat1i pieces, stats;
+  cv::Mat centres;
+  const int count = cv::connectedComponentsWithStats(lit, pieces, stats, centres);
+  int largest = 1;
+  for (int i = 2; i < count; ++i) {
+    if (stats(i, cv::CC_STAT_AREA) > stats(largest, cv::CC_STAT_AREA)) largest = i;
+  }
+  Labels labels(front_lit.size(), 0);
+  if (count > 1) labels.setTo(1, pieces == largest);
+  return labels;
+}
+
+void remove_black(Burst* burst, Image3* right_black) {
+  burst->front_lit = burst->front.cross - burst->black;
+  subtract(&burst->dots, burst->black);
+  for (Image3& image : burst->fringe) subtract(&image, burst->black);
+  for (Image3& image : burst->stripes) subtract(&image, burst->black);
+  subtract(&burst->right_front_lit, *right_black);
+  for (Image3& image : burst->right_fringe) subtract(&image, *right_black);
+}
+
+bool has_right_geometry(const Session& session) {
+  if (!session.right) return false;
+  for (size_t i = 0; i < session.patterns.fringe_periods.size(); ++i) {
+    if (!session.find("right", Role::kFringe, int(i), Analyser::kCross)) return false;
+  }
+  return session.find("right", Role::kFront, 0, Analyser::kCross) &&
+         session.find("right", Role::kBlack, 0, Analyser::kCross);
+}
+
+void add_left_frames(Reader* reader, Burst* burst) {
+  const auto pair = [&](Role role, AnalyserPair* to) {
+    reader->add("left", role, 0, Analyser::kParallel, &to->parallel);
+    reader->add("left", role, 0, Analyser::kCross, &to->cross);
+  };
+  pair(Role::kGradientFull, &burst->full);
+  pair(Role::kGradientX, &burst->gradient[0]);
+  pair(Role::kGradientY, &burst->gradient[1]);
+  pair(Role::kGradientZ, &burst->gradient[2]);
+  pair(Role::kFront, &burst->front);
+  for (size_t i = 0; i < burst->fringe.size(); ++i) {
+    reader->add("left", Role::kFringe, int(i), Analyser::kCross, &burst->fringe[i]);
+  }
+  for (int i = 0; i < 4; ++i) {
+    reader->add("left", Role::kStripes, i, Analyser::kCross, &burst->stripes[size_t(i)]);
+  }
+  reader->add("left", Role::kBlack, 0, Analyser::kCross, &burst->black);
+  reader->add("left", Role::kDots, 0, Analyser::kCross, &burst->dots);
+}
+
+void remove_ambient(Burst* burst, const AnalyserPair& ambient) {
+  // One ambient photograph serves both analysers where only one was taken: room light is unpolarized.
+  const Image3& parallel = ambient.parallel.empty() ? ambient.cross : ambient.parallel;
+  const Image3& cross = ambient.cross.empty() ? ambient.parallel : ambient.cross;
+  subtract(&burst->full.parallel, parallel);
+  subtract(&burst->full.cross, cross);
+  for (AnalyserPair& g : burst->gradient) {
+    subtract(&g.parallel, parallel);
+    subtract(&g.cross, cross);
+  }
+}
+
+}  // namespace
+
+Image3 polarized(const AnalyserPair& pair) { return pair.parallel - pair.cross; }
+
+float NoiseModel::variance(float radiance, float radiance_scale) const {
+  const double stored = std::max(0.f, radiance / radiance_scale);
+  const double variance = read_variance + photon_variance_per_unit * stored;
+  return float(variance * radiance_scale * radiance_scale);
+}
+
+Burst linearise(const Session& session) {
+  require_burst(session);
+  Burst burst;
+  burst.session = &session;
+  burst.noise = noise_of(session.left);
+  burst.fringe.resize(session.patterns.fringe_periods.size());
+  Reader reader(session);
+  add_left_frames(&reader, &burst);
+  AnalyserPair ambient;
+  reader.add("left", Role::kAmbient, 0, Analyser::kParallel, &ambient.parallel);
+  reader.add("left", Role::kAmbient, 0, Analyser::kCross, &ambient.cross);
+  Image3 right_black;
+  if (has_right_geometry(session)) {
+    burst.right_fringe.resize(burst.fringe.size());
+    for (size_t i = 0; i < burst.fringe.size(); ++i) {
+      reader.add("right", Role::kFringe, int(i), Analyser::kCross, &burst.right_fringe[i]);
+    }
+    reader.add("right", Role::kFront, 0, Analyser::kCross, &burst.right_front_lit);
+    reader.add("right", Role::kBlack, 0, Analyser::kCross, &right_black);
+  }
+  reader.read(&burst.clipped_led, &burst.clipped_projector);
+
+  remove_ambient(&burst, ambient);
+  remove_extinction(&burst.full, session.left.extinction);
+  for (AnalyserPair& g : burst.gradient) remove_extinction(&g, session.left.extinction);
+  remove_extinction(&burst.front, session.left.extinction);
+  remove_black(&burst, &right_black);
+  if (session.regions_file.empty()) {
+    burst.regions = subject_mask(burst.front_lit);
+    burst.region_names = {"background", "face"};
+  } else {
+    burst.regions = read_regions(session);
+    burst.region_names = session.region_names;
+  }
+  if (cv::countNonZero(burst.regions) == 0) {
+    throw_bad_input((session.path / "session.json").string(), "no subject in the photographs",
+                    "give a label image in regions.file");
+  }
+  burst.black_level = estimate_black_level(burst.black, burst.front.cross, burst.regions);
+  return burst;
+}
+
+}  // namespace lamella::fit

@@ -1,0 +1,79 @@
+#include "fit/layers.h"
+
+#include <array>
+
+#include "base/error.h"
+#include "base/progress.h"
+#include "fit/report.h"
+
+namespace lamella::fit {
+
+namespace {
+
+constexpr std::array<std::pair<const char*, Step>, 7> kSteps{{{"linearise", Step::kLinearise},
+                                                              {"geometry", Step::kGeometry},
+                                                              {"normals", Step::kNormals},
+                                                              {"specular", Step::kSpecular},
+                                                              {"separate", Step::kSeparate},
+                                                              {"scattering", Step::kScattering},
+                                                              {"albedo", Step::kAlbedo}}};
+
+// Runs a step and notes its seconds under its name.
+template <class Work>
+auto timed(v1::Layers* layers, const std::string& name, const Work& work) {
+  const Stopwatch watch;
+  auto result = work();
+  (*layers->mutable_timings_s())[name] = watch.seconds();
+  return result;
+}
+
+}  // namespace
+
+Step step_from_name(const std::string& name) {
+  std::string known;
+  for (const auto& [step_name, step] : kSteps) {
+    if (name == step_name) return step;
+    known += (known.empty() ? "" : ", ") + std::string(step_name);
+  }
+  throw_bad_input("--until", "no step \"" + name + "\"", "one of " + known);
+}
+
+LayeredFit fit_layers(const Session& session, Step until) {
+  LayeredFit fit;
+  v1::Layers* layers = &fit.layers;
+  const Burst burst = timed(layers, "linearise", [&] { return linearise(session); });
+  start_report(burst, &fit);
+  if (until == Step::kLinearise) return fit;
+
+  Geometry geometry = timed(layers, "geometry", [&] { return reconstruct_geometry(burst); });
+  if (until > Step::kGeometry) {
+    const Normals normals =
+        timed(layers, "normals", [&] { return estimate_normals(burst, &geometry); });
+    report_normals(normals, &fit);
+    if (until >= Step::kSpecular) {
+      const SpecularFit specular =
+          timed(layers, "specular", [&] { return fit_specular(burst, geometry, normals); });
+      report_specular(specular, &fit);
+    }
+    if (until >= Step::kSeparate) {
+      const Separation separation =
+          timed(layers, "separate", [&] { return separate_layers(burst, geometry, normals); });
+      report_separation(separation, &fit);
+      if (until >= Step::kScattering) {
+        const Scattering scattering = timed(layers, "scattering", [&] {
+          return fit_scattering(burst, geometry, normals, separation);
+        });
+        report_scattering(scattering, &fit);
+      }
+    }
+    if (until >= Step::kAlbedo) {
+      const Albedo albedo =
+          timed(layers, "albedo", [&] { return fit_albedo(burst, geometry, normals); });
+      report_albedo(albedo, &fit);
+    }
+  }
+  report_geometry(geometry, &fit);
+  return fit;
+}
+
+}  // namespace lamella::fit

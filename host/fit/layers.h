@@ -1,0 +1,25 @@
+// The fit: twenty photographs to the layers of the model, one page, step by step as the paper has it.
+#pragma once
+
+#include <string>
+
+#include "io/layer_maps.h"
+#include "io/session.h"
+
+namespace lamella::fit {
+
+// Steps in order; `--until` names the last one to run.
+enum class Step { kLinearise, kGeometry, kNormals, kSpecular, kSeparate, kScattering, kAlbedo };
+
+// Throws Error that lists the names where `name` is none of them.
+Step step_from_name(const std::string& name);
+
+struct LayeredFit {
+  LayerMaps maps;
+  v1::Layers layers;
+};
+
+// Throws Error on bad input; what the data cannot tell is said in the result.
+LayeredFit fit_layers(const Session& session, Step until);
+
+}  // namespace lamella::fit

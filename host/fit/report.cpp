@@ -1,0 +1,146 @@
+#include "fit/report.h"
+
+namespace lamella::fit {
+
+namespace {
+
+constexpr double kIor = 1.38;              // of skin's top layer, Donner and Jensen 2006
+constexpr float kSigmaAtHalfConfidence = 0.1f;  // mm
+
+using Values = google::protobuf::RepeatedField<double>;
+
+template <class Sequence>
+void put(Values* to, const Sequence& from) {
+  to->Add(from.begin(), from.end());
+}
+
+void put_why(v1::LayerChoice* choice, const std::string& layer, const std::string& why) {
+  if (!why.empty()) (*choice->mutable_why())[layer] = why;
+}
+
+// 1 for a perfect measurement, 1/2 at the sigma above, 0 where there is none.
+Image1 confidence_of(const Image1& sigma_mm) {
+  Image1 confidence(sigma_mm.size(), 0.f);
+  for (int y = 0; y < sigma_mm.rows; ++y) {
+    for (int x = 0; x < sigma_mm.cols; ++x) {
+      const float s = sigma_mm(y, x);
+      if (is_finite(s)) confidence(y, x) = 1.f / (1.f + s / kSigmaAtHalfConfidence);
+    }
+  }
+  return confidence;
+}
+
+// The map's own confidence, 0 where the map has no number.
+void put_confidence(const std::string& name, const Image1& confidence, LayeredFit* fit) {
+  if (!confidence.empty()) fit->maps.confidence[name] = confidence;
+}
+
+void put_deep(const RegionScattering& from, v1::Region* region) {
+  v1::DeepScattering* deep = region->mutable_deep();
+  put(deep->mutable_ld_mm(), from.ld_mm);
+  put(deep->mutable_ld_mm_stddev(), from.ld_mm_stddev);
+  put(deep->mutable_alpha_dot(), from.alpha_dot);
+  put(deep->mutable_alpha_dot_stddev(), from.alpha_dot_stddev);
+  put(deep->mutable_rms(), from.deep_rms);
+  deep->set_dots(unsigned(from.dots));
+}
+
+void put_shallow(const RegionScattering& from, v1::Region* region) {
+  v1::ShallowScattering* shallow = region->mutable_shallow();
+  put(shallow->mutable_alpha(), from.shallow_alpha);
+  put(shallow->mutable_alpha_stddev(), from.shallow_alpha_stddev);
+  put(shallow->mutable_ld_mm(), from.shallow_ld_mm);
+  put(shallow->mutable_ld_mm_stddev(), from.shallow_ld_mm_stddev);
+  put(shallow->mutable_rms(), from.shallow_rms);
+  shallow->set_thickness_mm(from.thickness_mm);
+}
+
+}  // namespace
+
+void start_report(const Burst& burst, LayeredFit* fit) {
+  fit->layers.set_format("lamella.layers.v1");
+  fit->layers.set_ior(kIor);
+  fit->maps.regions = burst.regions;
+  for (size_t i = 1; i < burst.region_names.size(); ++i) {
+    fit->layers.add_regions()->set_name(burst.region_names[i]);
+  }
+  (*fit->layers.mutable_checks())["projector_black_level"] = burst.black_level;
+}
+
+void report_geometry(const Geometry& geometry, LayeredFit* fit) {
+  fit->maps.position_mm = geometry.position_mm;
+  put_confidence("position", confidence_of(geometry.sigma_mm), fit);
+}
+
+void report_normals(const Normals& normals, LayeredFit* fit) {
+  fit->maps.normal_specular = normals.specular;
+  fit->maps.normal_diffuse = normals.diffuse;
+  put_confidence("normal_specular", normals.specular_confidence, fit);
+  put_confidence("normal_diffuse", normals.diffuse_confidence, fit);
+}
+
+void report_specular(const SpecularFit& specular, LayeredFit* fit) {
+  fit->maps.specular_intensity = specular.intensity;
+  fit->maps.single_albedo = specular.single_albedo;
+  put_confidence("specular_intensity", specular.intensity_confidence, fit);
+  put_confidence("single_albedo", specular.intensity_confidence, fit);
+  for (int i = 0; i < fit->layers.regions_size(); ++i) {
+    v1::Region* region = fit->layers.mutable_regions(i);
+    v1::LayerChoice* choice = region->mutable_layers();
+    const RegionLobe& lobe = specular.lobes[size_t(i)];
+    choice->set_specular(lobe.fitted);
+    put_why(choice, "specular", lobe.why);
+    if (!lobe.theta_rad.empty()) {
+      v1::SpecularLobe* out = region->mutable_specular();
+      put(out->mutable_theta(), lobe.theta_rad);
+      put(out->mutable_p(), lobe.p);
+      put(out->mutable_p_stddev(), lobe.p_stddev);
+      out->set_gaussian_m(lobe.gaussian_m);
+      out->set_gaussian_m_stddev(lobe.gaussian_m_stddev);
+    }
+    const RegionSingle& single = specular.single[size_t(i)];
+    choice->set_single(single.fitted);
+    put_why(choice, "single", single.why);
+    put(region->mutable_single()->mutable_amplitude(), single.amplitude);
+    put(region->mutable_single()->mutable_amplitude_stddev(), single.amplitude_stddev);
+  }
+  v1::SingleGlobal* global = fit->layers.mutable_single();
+  put(global->mutable_g(), specular.g);
+  put(global->mutable_g_stddev(), specular.g_stddev);
+  global->set_g_assumes(specular.g_assumes);
+}
+
+void report_separation(const Separation& separation, LayeredFit* fit) {
+  fit->maps.shallow_albedo = separation.shallow_albedo;
+  fit->maps.deep_albedo = separation.deep_albedo;
+  put_confidence("shallow_albedo", separation.confidence, fit);
+  put_confidence("deep_albedo", separation.confidence, fit);
+  (*fit->layers.mutable_checks())["separation_closure_rms"] = separation.closure_rms;
+}
+
+void report_scattering(const Scattering& scattering, LayeredFit* fit) {
+  fit->maps.deep_ld_mm = scattering.deep_ld_mm;
+  fit->maps.deep_alpha = scattering.deep_alpha;
+  for (const char* same : {"deep_alpha", "deep_ld"}) {
+    const auto deep = fit->maps.confidence.find("deep_albedo");
+    if (deep != fit->maps.confidence.end()) put_confidence(same, deep->second, fit);
+  }
+  for (int i = 0; i < fit->layers.regions_size(); ++i) {
+    v1::Region* region = fit->layers.mutable_regions(i);
+    const RegionScattering& from = scattering.regions[size_t(i)];
+    v1::LayerChoice* choice = region->mutable_layers();
+    choice->set_deep(from.deep_fitted);
+    choice->set_shallow(from.shallow_fitted);
+    put_why(choice, "deep", from.deep_why);
+    put_why(choice, "shallow", from.shallow_why);
+    if (from.ld_mm[0] > 0) put_deep(from, region);
+    if (from.shallow_ld_mm[0] > 0) put_shallow(from, region);
+  }
+}
+
+void report_albedo(const Albedo& albedo, LayeredFit* fit) {
+  fit->maps.total_albedo = albedo.total;
+  put_confidence("total_albedo", albedo.confidence, fit);
+}
+
+}  // namespace lamella::fit

@@ -1,0 +1,18 @@
+// From what the steps found to what is written: maps and layers.json.
+#pragma once
+
+#include "fit/layers.h"
+#include "fit/scattering.h"
+#include "fit/specular.h"
+
+namespace lamella::fit {
+
+void start_report(const Burst& burst, LayeredFit* fit);
+void report_geometry(const Geometry& geometry, LayeredFit* fit);
+void report_normals(const Normals& normals, LayeredFit* fit);
+void report_specular(const SpecularFit& specular, LayeredFit* fit);
+void report_separation(const Separation& separation, LayeredFit* fit);
+void report_scattering(const Scattering& scattering, LayeredFit* fit);
+void report_albedo(const Albedo& albedo, LayeredFit* fit);
+
+}  // namespace lamella::fit
