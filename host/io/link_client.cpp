@@ -1,0 +1,307 @@
+#include "io/link_client.h"
+
+#include <algorithm>
+#include <thread>
+
+#include "base/error.h"
+#include "io/crc32c.h"
+
+namespace lamella {
+
+namespace {
+
+constexpr size_t kMaxBlobBytes = 256u << 20;
+constexpr uint32_t kMaxFrames = 1024;
+constexpr uint32_t kMaxEdges = 1u << 20;
+constexpr double kPollStatus_s = 0.2;
+constexpr double kLongestBurst_us = 600e6;  // nobody sits still for ten minutes
+constexpr const char* kCheckLink = "check the rig's power and its network, then capture again";
+
+std::string number(uint64_t n) { return std::to_string(n); }
+
+void pause(double seconds) { std::this_thread::sleep_for(std::chrono::duration<double>(seconds)); }
+
+}  // namespace
+
+// A transfer under way. `bytes` holds what has arrived and been checked.
+struct LinkClient::Blob {
+  std::string name;
+  v1::BlobQuery query;
+  size_t total = 0;  // 0: the first chunk says
+  std::vector<uint8_t> bytes;
+};
+
+std::string describe(const v1::FrameOffer& offer) {
+  const v1::Frame& f = offer.frame();
+  std::string text = "frame " + number(offer.frame_id()) + " (" + f.camera() + " " +
+                     v1::Frame::Role_Name(f.role());
+  if (f.has_index()) text += " " + number(f.index());
+  return text + " " + v1::Frame::Analyser_Name(f.analyser()) + ")";
+}
+
+LinkClient::LinkClient(std::string address, LinkOptions options)
+    : address_(std::move(address)), options_(std::move(options)) {
+  socket_.set_interrupted(options_.interrupted);
+  const Break broken = connect();
+  if (broken) fail("no rig answers (" + *broken + ")", "is lamella-rigd running there?");
+}
+
+void LinkClient::fail(const std::string& problem, const std::string& remedy) const {
+  if (options_.interrupted && options_.interrupted()) {
+    throw Error(Fault::kRig, "rig " + address_, "interrupted, nothing was kept");
+  }
+  throw Error(Fault::kRig, "rig " + address_, problem, remedy);
+}
+
+Break LinkClient::connect() {
+  socket_.close();
+  if (Break broken = socket_.connect_tcp(address_, deadline_in(options_.connect_s))) return broken;
+  return greet();
+}
+
+Break LinkClient::greet() {
+  v1::Request request;
+  request.mutable_hello()->set_protocol_version(kProtocolVersion);
+  request.mutable_hello()->set_host_name("lamella");
+  v1::Reply reply;
+  if (Break broken = ask(&request, &reply)) return broken;
+  if (!reply.has_welcome()) return "did not answer the greeting";
+  welcome_ = reply.welcome();
+  if (welcome_.protocol_version() != kProtocolVersion) {
+    fail("speaks protocol version " + number(welcome_.protocol_version()) + ", this host " +
+             number(kProtocolVersion),
+         "update whichever is older");
+  }
+  return {};
+}
+
+// A refusal is the rig's last word, so it is thrown; everything else may be tried again.
+Break LinkClient::next_reply(double seconds, v1::Reply* reply) {
+  while (true) {
+    if (Break broken = socket_.receive(reply, deadline_in(seconds))) return broken;
+    if (reply->request_id() != request_id_ && reply->request_id() != 0) continue;
+    if (reply->has_refusal()) {
+      fail("refused (" + v1::Refusal::Code_Name(reply->refusal().code()) +
+               "): " + reply->refusal().reason(),
+           "see lamella-rigd's log");
+    }
+    return {};
+  }
+}
+
+// The first reply that is not an event.
+Break LinkClient::ask(v1::Request* request, v1::Reply* reply) {
+  request->set_request_id(++request_id_);
+  if (Break broken = socket_.send(*request, deadline_in(options_.reply_s))) return broken;
+  do {
+    if (Break broken = next_reply(options_.reply_s, reply)) return broken;
+  } while (reply->request_id() == 0);
+  return {};
+}
+
+void LinkClient::persist(const Transfer& transfer) {
+  int idle = 0;
+  while (true) {
+    const size_t before = transfer.reached();
+    Break broken = socket_.is_open() ? Break{} : connect();
+    if (!broken) broken = transfer.attempt();
+    if (!broken) return;
+    socket_.close();
+    idle = transfer.reached() > before ? 0 : idle + 1;
+    const bool interrupted = options_.interrupted && options_.interrupted();
+    if (idle > options_.retries || interrupted)
+      fail(transfer.position() + " (" + *broken + ")", kCheckLink);
+    pause(options_.backoff_s * (1 << idle));
+  }
+}
+
+v1::Reply LinkClient::asked(const std::string& what, v1::Request request) {
+  v1::Reply reply;
+  persist({[&] { return ask(&request, &reply); }, [] { return size_t(0); },
+           [&] { return "link cut while asking for " + what; }});
+  return reply;
+}
+
+v1::Status LinkClient::status() {
+  v1::Request request;
+  request.mutable_status();
+  const v1::Reply reply = asked("its status", request);
+  if (!reply.has_status()) fail("answered a question for its status with something else");
+  return reply.status();
+}
+
+Burst LinkClient::run_burst(const std::string& subject) {
+  v1::Request request;
+  request.mutable_burst()->set_subject(subject);
+  v1::Reply reply;
+  const Break broken = ask(&request, &reply);
+  if (broken) fail("link cut while starting the burst (" + *broken + ")", kCheckLink);
+  if (!reply.has_accepted()) fail("answered the request for a burst with something else");
+  Burst burst;
+  burst.id = reply.accepted().burst_id();
+  burst.step_count = reply.accepted().step_count();
+  burst.planned_us = reply.accepted().planned_us();
+  if (!(burst.planned_us >= 0 && burst.planned_us < kLongestBurst_us)) {
+    fail("plans a burst of " + std::to_string(burst.planned_us) + " us");
+  }
+  if (await_done(&burst)) await_idle(&burst);
+  return burst;
+}
+
+Break LinkClient::await_done(Burst* burst) {
+  const double longest_s = burst->planned_us * 1e-6 + options_.burst_margin_s;
+  v1::Reply reply;
+  do {
+    if (Break broken = next_reply(longest_s, &reply)) return broken;
+  } while (!reply.has_done() || reply.done().burst_id() != burst->id);
+  burst->frame_count = reply.done().frame_count();
+  burst->marked = reply.done().marked();
+  burst->verdict = reply.done().verdict();
+  return {};
+}
+
+// The connection broke during the burst, which goes on without us: ask until the rig is done.
+void LinkClient::await_idle(Burst* burst) {
+  const Deadline end = deadline_in(burst->planned_us * 1e-6 + options_.burst_margin_s);
+  while (true) {
+    socket_.close();
+    const v1::Status now = status();
+    if (now.burst_id() != burst->id) fail("lost burst " + number(burst->id));
+    if (now.state() == v1::FAULT) fail("fault during the burst: " + now.fault());
+    burst->frame_count = now.frames_held();
+    if (now.state() == v1::IDLE) return;
+    if (std::chrono::steady_clock::now() > end) fail("the burst does not end", kCheckLink);
+    pause(kPollStatus_s);
+  }
+}
+
+std::vector<v1::FrameOffer> LinkClient::offers(const Burst& burst) {
+  std::vector<v1::FrameOffer> offers;
+  persist({[&] { return list_offers(burst, &offers); }, [] { return size_t(0); },
+           [&] {
+             return "link cut in the list of photographs, after " + number(offers.size()) + " of " +
+                    number(burst.frame_count);
+           }});
+  return offers;
+}
+
+Break LinkClient::list_offers(const Burst& burst, std::vector<v1::FrameOffer>* offers) {
+  if (burst.frame_count > kMaxFrames) fail("offers " + number(burst.frame_count) + " photographs");
+  offers->clear();
+  if (burst.frame_count == 0) return {};
+  v1::Request request;
+  request.mutable_frames()->set_burst_id(burst.id);
+  v1::Reply reply;
+  if (Break broken = ask(&request, &reply)) return broken;
+  while (true) {
+    if (reply.has_frame() && reply.request_id() == request_id_) offers->push_back(reply.frame());
+    const bool ended = !reply.has_frame() && reply.request_id() == request_id_;
+    if (ended || offers->size() == burst.frame_count) return {};
+    if (Break broken = next_reply(options_.reply_s, &reply)) return broken;
+  }
+}
+
+std::string LinkClient::calibration() {
+  Blob blob{"its calibration", {}, 0, {}};
+  blob.query.set_kind(v1::BlobQuery::CALIBRATION);
+  fetch(&blob);
+  return {blob.bytes.begin(), blob.bytes.end()};
+}
+
+std::vector<uint8_t> LinkClient::photograph(const v1::FrameOffer& offer) {
+  for (int attempt = 0; attempt <= options_.retries; ++attempt) {
+    Blob blob{describe(offer), {}, offer.size_bytes(), {}};
+    blob.query.set_kind(v1::BlobQuery::PHOTOGRAPH);
+    blob.query.set_burst_id(offer.burst_id());
+    blob.query.set_frame_id(offer.frame_id());
+    fetch(&blob);
+    if (crc32c(blob.bytes.data(), blob.bytes.size()) == offer.crc32c()) {
+      return std::move(blob.bytes);
+    }
+  }
+  fail(describe(offer) + " has another CRC32C than the rig announced, each time it was sent",
+       "the rig's memory or disk is damaged");
+}
+
+void LinkClient::fetch(Blob* blob) {
+  persist({[&] { return continue_blob(blob); }, [&] { return blob->bytes.size(); },
+           [&] {
+             const std::string total = blob->total ? " of " + number(blob->total) : "";
+             return "link cut in " + blob->name + " at byte " + number(blob->bytes.size()) + total;
+           }});
+}
+
+Break LinkClient::continue_blob(Blob* blob) {
+  v1::Request request;
+  *request.mutable_blob() = blob->query;
+  request.mutable_blob()->set_offset_bytes(uint32_t(blob->bytes.size()));
+  request.set_request_id(++request_id_);
+  if (Break broken = socket_.send(request, deadline_in(options_.reply_s))) return broken;
+  uint32_t sequence = 0;
+  do {
+    if (Break broken = next_chunk(blob, sequence++)) return broken;
+  } while (blob->bytes.size() < blob->total);
+  return {};
+}
+
+// A chunk that is not exactly the next one is as good as a broken connection.
+Break LinkClient::next_chunk(Blob* blob, uint32_t sequence) {
+  v1::Reply reply;
+  do {
+    if (Break broken = next_reply(options_.reply_s, &reply)) return broken;
+  } while (reply.request_id() == 0);
+  if (!reply.has_chunk()) return "something else came instead of a chunk";
+  const v1::Chunk& chunk = reply.chunk();
+  if (blob->total == 0) blob->total = chunk.total_bytes();
+  if (blob->total > kMaxBlobBytes) fail(blob->name + " has " + number(blob->total) + " bytes");
+  if (chunk.total_bytes() != blob->total) return "a chunk of something of another size";
+  if (chunk.frame_id() != blob->query.frame_id()) return "a chunk of another frame";
+  if (chunk.sequence() != sequence || chunk.offset_bytes() != blob->bytes.size()) {
+    return "a chunk out of sequence";
+  }
+  const std::string& data = chunk.data();
+  if (data.empty() || data.size() > blob->total - blob->bytes.size()) return "a chunk of no use";
+  if (crc32c(data.data(), data.size()) != chunk.crc32c()) return "a damaged chunk";
+  blob->bytes.insert(blob->bytes.end(), data.begin(), data.end());
+  return {};
+}
+
+v1::TimingEdges LinkClient::timing(const Burst& burst) {
+  v1::TimingEdges timing;
+  persist({[&] { return more_edges(burst, &timing); }, [&] { return size_t(timing.edges_size()); },
+           [&] { return "link cut in the timing, after edge " + number(timing.edges_size()); }});
+  return timing;
+}
+
+Break LinkClient::more_edges(const Burst& burst, v1::TimingEdges* timing) {
+  do {
+    v1::Request request;
+    request.mutable_timing()->set_burst_id(burst.id);
+    request.mutable_timing()->set_first_edge(uint32_t(timing->edges_size()));
+    v1::Reply reply;
+    if (Break broken = ask(&request, &reply)) return broken;
+    const v1::TimingEdges& part = reply.timing();
+    if (!reply.has_timing() || int(part.first_edge()) != timing->edges_size()) {
+      return "something else came instead of the next edges";
+    }
+    if (part.total_edges() > kMaxEdges) fail("has " + number(part.total_edges()) + " edges");
+    timing->set_total_edges(part.total_edges());
+    timing->mutable_edges()->MergeFrom(part.edges());
+    if (part.edges_size() == 0 && part.first_edge() < part.total_edges()) {
+      return "no edges came where there should be more";
+    }
+  } while (timing->edges_size() < int(timing->total_edges()));
+  return {};
+}
+
+void LinkClient::acknowledge(const v1::FrameOffer& offer) {
+  v1::Request request;
+  request.mutable_ack()->set_burst_id(offer.burst_id());
+  request.mutable_ack()->set_frame_id(offer.frame_id());
+  const v1::Reply reply = asked("leave to forget " + describe(offer), request);
+  if (!reply.has_acknowledged() || reply.acknowledged().frame_id() != offer.frame_id()) {
+    fail("did not acknowledge " + describe(offer));
+  }
+}
+
+}  // namespace lamella

@@ -1,0 +1,100 @@
+// The host's end of the link to a rig (proto/link.proto): asks for a burst and receives it.
+// A connection that breaks is made again and the transfer goes on from the byte it had reached;
+// only a rig that stays away, or that answers wrongly, is an Error (kRig).
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "io/wire.h"
+#include "link.pb.h"
+
+namespace lamella {
+
+inline constexpr uint32_t kProtocolVersion = 1;
+
+struct LinkOptions {
+  double connect_s = 5;               // longest wait for a connection
+  double reply_s = 15;                // longest silence within an answer
+  double burst_margin_s = 60;         // beyond the planned length of a burst
+  int retries = 4;                    // connections in a row that bring nothing, before giving up
+  double backoff_s = 0.1;             // before the first retry; doubled for each one after it
+  std::function<bool()> interrupted;  // true: give up at once
+};
+
+struct Burst {
+  uint64_t id = 0;
+  uint32_t step_count = 0;
+  double planned_us = 0;
+  uint32_t frame_count = 0;
+  bool marked = false;  // an edge came later than its tolerance
+  std::string verdict;
+};
+
+class LinkClient {
+ public:
+  // Connects and greets. `address` is HOST:PORT.
+  explicit LinkClient(std::string address, LinkOptions options = {});
+
+  const v1::Welcome& welcome() const { return welcome_; }
+
+  v1::Status status();
+
+  // The rig's calibration: a lamella.v1.Session in proto3 JSON, without frames.
+  std::string calibration();
+
+  // Runs a burst and waits for its end. Never asked for twice: light on a face is not retried.
+  Burst run_burst(const std::string& subject);
+
+  // Every photograph of the burst that is still on the rig, in the rig's order.
+  std::vector<v1::FrameOffer> offers(const Burst& burst);
+
+  // The raw bytes of one, its length and CRC32C checked.
+  std::vector<uint8_t> photograph(const v1::FrameOffer& offer);
+
+  // Every edge of the burst, as planned and as it happened.
+  v1::TimingEdges timing(const Burst& burst);
+
+  // The photograph is on this host's disk: the rig may forget it.
+  void acknowledge(const v1::FrameOffer& offer);
+
+ private:
+  struct Blob;
+
+  // Something to be had over as many connections as it takes.
+  struct Transfer {
+    std::function<Break()> attempt;         // goes on from where it is
+    std::function<size_t()> reached;        // bytes or items so far
+    std::function<std::string()> position;  // the same in words, for when it ends there
+  };
+
+  // Attempts over new connections until one succeeds, or `retries` in a row got no further.
+  void persist(const Transfer& transfer);
+
+  Break connect();
+  Break greet();
+  Break next_reply(double seconds, v1::Reply* reply);
+  Break ask(v1::Request* request, v1::Reply* reply);
+  v1::Reply asked(const std::string& what, v1::Request request);
+  Break await_done(Burst* burst);
+  void await_idle(Burst* burst);
+  Break list_offers(const Burst& burst, std::vector<v1::FrameOffer>* offers);
+  void fetch(Blob* blob);
+  Break continue_blob(Blob* blob);
+  Break next_chunk(Blob* blob, uint32_t sequence);
+  Break more_edges(const Burst& burst, v1::TimingEdges* timing);
+  [[noreturn]] void fail(const std::string& problem, const std::string& remedy = "") const;
+
+  std::string address_;
+  LinkOptions options_;
+  Socket socket_;
+  v1::Welcome welcome_;
+  uint32_t request_id_ = 0;
+};
+
+// "frame 7 (left STRIPES 2 CROSS)".
+std::string describe(const v1::FrameOffer& offer);
+
+}  // namespace lamella

@@ -1,0 +1,171 @@
+#include "io/wire.h"
+
+#include <fcntl.h>
+#include <netdb.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <memory>
+#include <utility>
+#include <vector>
+
+namespace lamella {
+
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::steady_clock;
+
+constexpr milliseconds kSlice{100};  // between two looks at `interrupted`
+
+Break failed(const char* what) { return std::string(what) + ": " + std::strerror(errno); }
+
+void put_length(uint32_t length, uint8_t* to) {
+  for (int i = 0; i < 4; ++i) to[i] = uint8_t(length >> (8 * i));
+}
+
+uint32_t get_length(const std::array<uint8_t, 4>& from) {
+  return from[0] | uint32_t(from[1]) << 8 | uint32_t(from[2]) << 16 | uint32_t(from[3]) << 24;
+}
+
+struct HostPort {
+  std::string host, port;
+};
+
+std::optional<HostPort> split_address(const std::string& address) {
+  const size_t colon = address.rfind(':');
+  if (colon == std::string::npos || colon == 0 || colon + 1 == address.size()) return {};
+  std::string host = address.substr(0, colon);
+  if (host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
+  return HostPort{host, address.substr(colon + 1)};
+}
+
+}  // namespace
+
+Deadline deadline_in(double seconds) {
+  return steady_clock::now() +
+         std::chrono::duration_cast<steady_clock::duration>(std::chrono::duration<double>(seconds));
+}
+
+Socket::Socket(int fd) : fd_(fd) {
+  if (fd_ >= 0) fcntl(fd_, F_SETFL, fcntl(fd_, F_GETFL) | O_NONBLOCK);
+}
+
+Socket::~Socket() { close(); }
+
+Socket::Socket(Socket&& other) noexcept
+    : fd_(std::exchange(other.fd_, -1)), interrupted_(std::move(other.interrupted_)) {}
+
+Socket& Socket::operator=(Socket&& other) noexcept {
+  std::swap(fd_, other.fd_);
+  std::swap(interrupted_, other.interrupted_);
+  return *this;
+}
+
+void Socket::close() {
+  if (fd_ >= 0) ::close(fd_);
+  fd_ = -1;
+}
+
+Break Socket::wait(short events, Deadline deadline) {
+  if (fd_ < 0) return "not connected";
+  while (true) {
+    if (interrupted_ && interrupted_()) return "interrupted";
+    const auto left = std::chrono::ceil<milliseconds>(deadline - steady_clock::now());
+    if (left.count() <= 0) return "no answer in time";
+    pollfd entry{fd_, events, 0};
+    const int ready = poll(&entry, 1, int(std::min(left, kSlice).count()));
+    if (ready > 0) return {};
+    if (ready < 0 && errno != EINTR) return failed("poll");
+  }
+}
+
+Break Socket::send_bytes(const uint8_t* bytes, size_t size, Deadline deadline) {
+  while (size > 0) {
+    if (Break broken = wait(POLLOUT, deadline)) return broken;
+    const ssize_t sent = ::send(fd_, bytes, size, MSG_NOSIGNAL);
+    if (sent < 0 && errno != EAGAIN && errno != EINTR) return failed("send");
+    if (sent <= 0) continue;
+    bytes += sent;
+    size -= size_t(sent);
+  }
+  return {};
+}
+
+Break Socket::receive_bytes(uint8_t* bytes, size_t size, Deadline deadline) {
+  while (size > 0) {
+    if (Break broken = wait(POLLIN, deadline)) return broken;
+    const ssize_t got = ::recv(fd_, bytes, size, 0);
+    if (got == 0) return "connection closed";
+    if (got < 0 && errno != EAGAIN && errno != EINTR) return failed("receive");
+    if (got < 0) continue;
+    bytes += got;
+    size -= size_t(got);
+  }
+  return {};
+}
+
+Break Socket::send(const google::protobuf::MessageLite& message, Deadline deadline) {
+  const size_t size = message.ByteSizeLong();
+  if (size > kMaxWireBytes) return "a message of " + std::to_string(size) + " bytes is too long";
+  std::vector<uint8_t> bytes(4 + size);
+  put_length(uint32_t(size), bytes.data());
+  message.SerializeToArray(bytes.data() + 4, int(size));
+  return send_bytes(bytes.data(), bytes.size(), deadline);
+}
+
+Break Socket::receive(google::protobuf::MessageLite* message, Deadline deadline) {
+  std::array<uint8_t, 4> prefix;
+  if (Break broken = receive_bytes(prefix.data(), prefix.size(), deadline)) return broken;
+  const uint32_t size = get_length(prefix);
+  if (size > kMaxWireBytes) {
+    return "announced a message of " + std::to_string(size) + " bytes, over the limit of 65536";
+  }
+  std::vector<uint8_t> bytes(size);
+  if (Break broken = receive_bytes(bytes.data(), size, deadline)) return broken;
+  if (!message->ParseFromArray(bytes.data(), int(size))) return "sent what is not a message";
+  return {};
+}
+
+Break Socket::connect_tcp(const std::string& address, Deadline deadline) {
+  const std::optional<HostPort> target = split_address(address);
+  if (!target) return "not an address of the form HOST:PORT";
+  addrinfo hints{};
+  hints.ai_socktype = SOCK_STREAM;
+  addrinfo* found = nullptr;
+  const int error = getaddrinfo(target->host.c_str(), target->port.c_str(), &hints, &found);
+  if (error != 0) return std::string(gai_strerror(error));
+  const std::unique_ptr<addrinfo, decltype(&freeaddrinfo)> owned(found, freeaddrinfo);
+  Break broken = "no such host";
+  for (const addrinfo* a = found; a; a = a->ai_next) {
+    fd_ = ::socket(a->ai_family, a->ai_socktype | SOCK_NONBLOCK | SOCK_CLOEXEC, a->ai_protocol);
+    if (fd_ < 0) return failed("socket");
+    broken = {};
+    if (::connect(fd_, a->ai_addr, a->ai_addrlen) != 0) {
+      broken = errno == EINPROGRESS ? finish_connecting(deadline) : failed("connect");
+    }
+    if (!broken) break;
+    close();
+  }
+  const int on = 1;
+  if (!broken) setsockopt(fd_, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+  return broken;
+}
+
+Break Socket::finish_connecting(Deadline deadline) {
+  if (Break broken = wait(POLLOUT, deadline)) return broken;
+  int error = 0;
+  socklen_t length = sizeof error;
+  getsockopt(fd_, SOL_SOCKET, SO_ERROR, &error, &length);
+  if (error != 0) return std::string("connect: ") + std::strerror(error);
+  return {};
+}
+
+}  // namespace lamella

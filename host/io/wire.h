@@ -1,0 +1,56 @@
+// One protobuf message after another on a stream socket, each after its length (4 bytes, little
+// endian, at most 65536). What goes wrong with a connection is a result here, not an exception:
+// the caller knows whether it can be mended.
+#pragma once
+
+#include <google/protobuf/message_lite.h>
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+
+namespace lamella {
+
+inline constexpr size_t kMaxWireBytes = 65536;
+
+using Deadline = std::chrono::steady_clock::time_point;
+
+Deadline deadline_in(double seconds);
+
+// Why a connection is of no more use, in words; nullopt: all is well.
+using Break = std::optional<std::string>;
+
+class Socket {
+ public:
+  Socket() = default;
+  explicit Socket(int fd);  // takes over a connected stream socket
+  ~Socket();
+  Socket(Socket&& other) noexcept;
+  Socket& operator=(Socket&& other) noexcept;
+
+  bool is_open() const { return fd_ >= 0; }
+  void close();
+
+  // Asked about ten times a second while anything is waited for; true ends the wait with a Break.
+  void set_interrupted(std::function<bool()> interrupted) { interrupted_ = std::move(interrupted); }
+
+  [[nodiscard]] Break send(const google::protobuf::MessageLite& message, Deadline deadline);
+  [[nodiscard]] Break receive(google::protobuf::MessageLite* message, Deadline deadline);
+
+  // `address` is HOST:PORT or [HOST]:PORT. The socket must be closed.
+  [[nodiscard]] Break connect_tcp(const std::string& address, Deadline deadline);
+
+ private:
+  Break wait(short events, Deadline deadline);
+  Break send_bytes(const uint8_t* bytes, size_t size, Deadline deadline);
+  Break receive_bytes(uint8_t* bytes, size_t size, Deadline deadline);
+  Break finish_connecting(Deadline deadline);
+
+  int fd_ = -1;
+  std::function<bool()> interrupted_;
+};
+
+}  // namespace lamella

@@ -1,0 +1,217 @@
+#include "io/fake_rig.h"
+
+#include <arpa/inet.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+
+#include "io/crc32c.h"
+
+namespace lamella::testing {
+
+namespace {
+
+constexpr size_t kChunkBytes = 1000;  // small, so that small photographs need several
+constexpr uint64_t kBurstId = 42;
+constexpr double kPatience_s = 5;
+
+}  // namespace
+
+FakePhotograph fake_photograph(uint32_t frame_id, cv::Size size) {
+  RawImage image(size);
+  int next = int(frame_id) * 101;
+  for (auto& pixel : image) {
+    for (int c = 0; c < 3; ++c) pixel[c] = uint16_t((next++ * 7) & 0xfff);
+  }
+  FakePhotograph p;
+  p.bytes = pack_rgb12p(image);
+  p.offer.set_burst_id(kBurstId);
+  p.offer.set_frame_id(frame_id);
+  p.offer.set_width(uint32_t(size.width));
+  p.offer.set_height(uint32_t(size.height));
+  p.offer.set_size_bytes(uint32_t(p.bytes.size()));
+  p.offer.set_crc32c(crc32c(p.bytes.data(), p.bytes.size()));
+  v1::Frame* frame = p.offer.mutable_frame();
+  frame->set_step(frame_id);
+  frame->set_role(v1::Frame::STRIPES);
+  frame->set_index(frame_id);
+  frame->set_analyser(v1::Frame::CROSS);
+  frame->set_camera("left");
+  frame->set_pixel_format(kRgb12p);
+  frame->set_black_level_dn(64);
+  frame->set_gain_per_dn(1.0 / 4000);
+  return p;
+}
+
+FakeRig::FakeRig(FakeRigFaults faults) : faults_(faults) {
+  listener_ = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t length = sizeof address;
+  bind(listener_, reinterpret_cast<sockaddr*>(&address), length);
+  listen(listener_, 4);
+  getsockname(listener_, reinterpret_cast<sockaddr*>(&address), &length);
+  port_ = ntohs(address.sin_port);
+  thread_ = std::thread([this] { serve(); });
+}
+
+FakeRig::~FakeRig() {
+  stopping_ = true;
+  thread_.join();
+  close(listener_);
+}
+
+std::set<uint32_t> FakeRig::acknowledged() const {
+  const std::lock_guard lock(mutex_);
+  return acknowledged_;
+}
+
+void FakeRig::serve() {
+  while (!stopping_) {
+    pollfd entry{listener_, POLLIN, 0};
+    if (poll(&entry, 1, 20) <= 0) continue;
+    const int fd = accept(listener_, nullptr, nullptr);
+    if (fd < 0) continue;
+    ++connections_;
+    converse(Socket(fd), fd);
+  }
+}
+
+void FakeRig::converse(Socket socket, int fd) {
+  socket.set_interrupted([this] { return bool(stopping_); });
+  v1::Request request;
+  while (socket.is_open()) {
+    if (socket.receive(&request, deadline_in(kPatience_s))) return;
+    answer(request, &socket, fd);
+  }
+}
+
+void FakeRig::say(const v1::Request& request, v1::Reply reply, Socket* socket) {
+  std::this_thread::sleep_for(std::chrono::duration<double>(faults_.reply_delay_s));
+  reply.set_request_id(request.request_id());
+  if (socket->send(reply, deadline_in(kPatience_s))) socket->close();
+}
+
+void FakeRig::answer(const v1::Request& request, Socket* socket, int fd) {
+  v1::Reply reply;
+  switch (request.body_case()) {
+    case v1::Request::kHello:
+      reply.mutable_welcome()->set_protocol_version(faults_.protocol_version);
+      return say(request, reply, socket);
+    case v1::Request::kStatus:
+      reply.mutable_status()->set_state(v1::IDLE);
+      reply.mutable_status()->set_burst_id(kBurstId);
+      reply.mutable_status()->set_frames_held(uint32_t(photographs_.size()));
+      return say(request, reply, socket);
+    case v1::Request::kBurst:
+      return answer_burst(request, socket);
+    case v1::Request::kFrames:
+      for (const FakePhotograph& p : photographs_) {
+        *reply.mutable_frame() = p.offer;
+        if (faults_.wrong_frame_crc) reply.mutable_frame()->set_crc32c(p.offer.crc32c() ^ 1);
+        say(request, reply, socket);
+      }
+      return;
+    case v1::Request::kBlob:
+      return answer_blob(request, socket, fd);
+    case v1::Request::kTiming:
+      return answer_timing(request, socket);
+    case v1::Request::kAck:
+      return answer_ack(request, socket);
+    default:
+      reply.mutable_refusal()->set_code(v1::Refusal::BAD_REQUEST);
+      return say(request, reply, socket);
+  }
+}
+
+void FakeRig::answer_burst(const v1::Request& request, Socket* socket) {
+  v1::Reply reply;
+  if (faults_.refuses_burst) {
+    reply.mutable_refusal()->set_code(v1::Refusal::UNSAFE);
+    reply.mutable_refusal()->set_reason("step 3 needs a longer settle");
+    return say(request, reply, socket);
+  }
+  reply.mutable_accepted()->set_burst_id(kBurstId);
+  reply.mutable_accepted()->set_step_count(uint32_t(photographs_.size()));
+  reply.mutable_accepted()->set_planned_us(1e6);
+  say(request, reply, socket);
+  if (faults_.cut_during_burst) return socket->close();
+  reply.mutable_done()->set_burst_id(kBurstId);
+  reply.mutable_done()->set_frame_count(uint32_t(photographs_.size()));
+  say(request, reply, socket);
+}
+
+const FakePhotograph* FakeRig::find(uint32_t frame_id) const {
+  const auto it = std::find_if(photographs_.begin(), photographs_.end(),
+                               [&](const auto& p) { return p.offer.frame_id() == frame_id; });
+  return it == photographs_.end() ? nullptr : &*it;
+}
+
+void FakeRig::answer_blob(const v1::Request& request, Socket* socket, int fd) {
+  const v1::BlobQuery& query = request.blob();
+  std::string bytes = calibration_;
+  if (query.kind() == v1::BlobQuery::PHOTOGRAPH) {
+    const FakePhotograph* p = find(query.frame_id());
+    bytes.assign(p->bytes.begin(), p->bytes.end());
+  }
+  const bool cut = query.kind() == v1::BlobQuery::PHOTOGRAPH &&
+                   int(query.frame_id()) == faults_.cut_frame && faults_.cut_times > 0;
+  v1::Reply reply;
+  v1::Chunk* chunk = reply.mutable_chunk();
+  chunk->set_frame_id(query.frame_id());
+  chunk->set_total_bytes(uint32_t(bytes.size()));
+  uint32_t sequence = 0;
+  for (size_t at = query.offset_bytes(); at < bytes.size() && socket->is_open();) {
+    size_t size = std::min(kChunkBytes, bytes.size() - at);
+    if (cut && at < faults_.cut_at_byte) size = std::min(size, faults_.cut_at_byte - at);
+    if (cut && at >= faults_.cut_at_byte) {
+      --faults_.cut_times;
+      return socket->close();
+    }
+    chunk->set_offset_bytes(uint32_t(at));
+    chunk->set_sequence(sequence++);
+    if (faults_.chunks_out_of_sequence > 0 && faults_.chunks_out_of_sequence--) {
+      chunk->set_sequence(sequence + 5);
+    }
+    chunk->set_data(bytes.substr(at, size));
+    chunk->set_crc32c(crc32c(chunk->data().data(), size));
+    if (faults_.damaged_chunks > 0 && faults_.damaged_chunks--) {
+      (*chunk->mutable_data())[size / 2] ^= 0x10;
+    }
+    if (faults_.overlong_lengths > 0 && faults_.overlong_lengths--) {
+      const std::array<uint8_t, 4> gigabyte{0, 0, 0, 0x40};
+      send(fd, gigabyte.data(), gigabyte.size(), MSG_NOSIGNAL);
+      return;
+    }
+    say(request, reply, socket);
+    at += size;
+  }
+}
+
+void FakeRig::answer_timing(const v1::Request& request, Socket* socket) {
+  v1::Reply reply;
+  v1::TimingEdges* timing = reply.mutable_timing();
+  const size_t first = request.timing().first_edge();
+  timing->set_first_edge(uint32_t(first));
+  timing->set_total_edges(uint32_t(edges_.size()));
+  for (size_t i = first; i < std::min(first + 64, edges_.size()); ++i) {
+    *timing->add_edges() = edges_[i];
+  }
+  say(request, reply, socket);
+}
+
+void FakeRig::answer_ack(const v1::Request& request, Socket* socket) {
+  {
+    const std::lock_guard lock(mutex_);
+    acknowledged_.insert(request.ack().frame_id());
+  }
+  v1::Reply reply;
+  reply.mutable_acknowledged()->set_frame_id(request.ack().frame_id());
+  say(request, reply, socket);
+}
+
+}  // namespace lamella::testing

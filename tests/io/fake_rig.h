@@ -1,0 +1,80 @@
+// A rig that only speaks: answers the link with libprotobuf, from memory, and can be told to break
+// off, lie, or dawdle.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <set>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "io/link_client.h"
+#include "io/raw12.h"
+#include "io/wire.h"
+
+namespace lamella::testing {
+
+struct FakePhotograph {
+  v1::FrameOffer offer;
+  std::vector<uint8_t> bytes;
+};
+
+struct FakeRigFaults {
+  uint32_t protocol_version = kProtocolVersion;
+  int cut_frame = -1;              // this photograph breaks off ...
+  size_t cut_at_byte = 0;          // ... before this byte ...
+  int cut_times = 0;               // ... so often
+  int damaged_chunks = 0;          // so many chunks have a byte flipped
+  int chunks_out_of_sequence = 0;  // so many are numbered wrongly
+  int overlong_lengths = 0;        // so many chunks announce 1 GB
+  bool wrong_frame_crc = false;    // every photograph's own CRC is wrong
+  bool cut_during_burst = false;   // the connection breaks, the burst goes on
+  bool refuses_burst = false;
+  double reply_delay_s = 0;
+};
+
+class FakeRig {
+ public:
+  explicit FakeRig(FakeRigFaults faults = {});
+  ~FakeRig();
+
+  std::string address() const { return "127.0.0.1:" + std::to_string(port_); }
+
+  void add(FakePhotograph photograph) { photographs_.push_back(std::move(photograph)); }
+  void set_calibration(std::string json) { calibration_ = std::move(json); }
+  void add_edge(const v1::TimedEdge& edge) { edges_.push_back(edge); }
+
+  int connections() const { return connections_; }
+  std::set<uint32_t> acknowledged() const;
+
+ private:
+  void serve();
+  void converse(Socket socket, int fd);
+  void answer(const v1::Request& request, Socket* socket, int fd);
+  void answer_burst(const v1::Request& request, Socket* socket);
+  void answer_blob(const v1::Request& request, Socket* socket, int fd);
+  void answer_timing(const v1::Request& request, Socket* socket);
+  void answer_ack(const v1::Request& request, Socket* socket);
+  void say(const v1::Request& request, v1::Reply reply, Socket* socket);
+  const FakePhotograph* find(uint32_t frame_id) const;
+
+  FakeRigFaults faults_;
+  std::vector<FakePhotograph> photographs_;
+  std::string calibration_;
+  std::vector<v1::TimedEdge> edges_;
+  int listener_ = -1;
+  int port_ = 0;
+  std::atomic<int> connections_{0};
+  std::atomic<bool> stopping_{false};
+  mutable std::mutex mutex_;
+  std::set<uint32_t> acknowledged_;
+  std::thread thread_;
+};
+
+// A photograph of `size` whose values are a ramp that differs from frame to frame.
+FakePhotograph fake_photograph(uint32_t frame_id, cv::Size size);
+
+}  // namespace lamella::testing
