@@ -107,7 +107,8 @@ class Level {
         if (!wanted_(y, x)) continue;
         const Phasor p = at(y, x);
         const float length = std::hypot(p.cosine, p.sine);
-        if (!(p.variance < kMostPhaseSigma * kMostPhaseSigma) || length < kLeastModulation) continue;
+        if (!(p.variance < kMostPhaseSigma * kMostPhaseSigma) || length < kLeastModulation)
+          continue;
         for (int c = 0; c < 3; ++c) {
           const float expected = (kCosShift[c] * p.cosine - kSinShift[c] * p.sine) / length;
           const float white = white_(y, x)[c];

@@ -9,7 +9,7 @@ namespace lamella::fit {
 
 // What the fringes are (session-format: Patterns) and how noisy a camera sees them.
 struct FringeCode {
-  std::vector<double> periods;   // across the projector's width, rising
+  std::vector<double> periods;  // across the projector's width, rising
   double projector_width_px = 0;
   NoiseModel noise;
 };

@@ -75,14 +75,16 @@ void fill(const Labels& regions, Distances* d) {
     for (const cv::Point& p : holes) {
       float sum = 0;
       int count = 0;
-      for (const cv::Point& step : {cv::Point(1, 0), cv::Point(-1, 0), cv::Point(0, 1),
-                                    cv::Point(0, -1)}) {
+      for (const cv::Point& step :
+           {cv::Point(1, 0), cv::Point(-1, 0), cv::Point(0, 1), cv::Point(0, -1)}) {
         if (!inside.contains(p + step) || std::isnan(d->mm(p + step))) continue;
         sum += d->mm(p + step);
         ++count;
       }
-      if (count > 0) found.emplace_back(p, sum / float(count));
-      else rest.push_back(p);
+      if (count > 0)
+        found.emplace_back(p, sum / float(count));
+      else
+        rest.push_back(p);
     }
     for (const auto& [p, mm] : found) {
       d->mm(p) = mm;

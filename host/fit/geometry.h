@@ -7,11 +7,11 @@
 namespace lamella::fit {
 
 struct Geometry {
-  Image3 position_mm;       // rig frame; NaN where nothing was measured
-  Image1 sigma_mm;          // one sigma of the position along the ray
-  Image2 projector_px;      // (u, v) that lights the pixel
-  Image3 to_camera;         // v, unit
-  Image3 to_projector;      // l, unit
+  Image3 position_mm;           // rig frame; NaN where nothing was measured
+  Image1 sigma_mm;              // one sigma of the position along the ray
+  Image2 projector_px;          // (u, v) that lights the pixel
+  Image3 to_camera;             // v, unit
+  Image3 to_projector;          // l, unit
   Image1 projector_irradiance;  // radiance of white facing the projector there; 1 at the origin
 };
 

@@ -11,7 +11,7 @@ struct Normals {
   std::array<Image3, 3> diffuse;  // per channel: a Lambertian surface's with the same D
   Image1 specular_confidence;     // 0 to 1
   Image1 diffuse_confidence;
-  Image1 ambient_visibility;      // share of the LED light (cosine-weighted) that reaches the pixel
+  Image1 ambient_visibility;  // share of the LED light (cosine-weighted) that reaches the pixel
 };
 
 // Also improves `geometry` where the normals know better than stereo (Nehab et al. 2005).

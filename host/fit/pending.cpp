@@ -4,24 +4,6 @@
 
 namespace lamella::fit {
 
-// geometry
-Geometry reconstruct_geometry(const Burst& burst) {
-  Geometry g;
-  const cv::Size size = burst.regions.size();
-  g.position_mm = Image3(size, Vec3(kNaN, kNaN, kNaN));
-  g.sigma_mm = Image1(size, kNaN);
-  return g;
-}
-
-// normals
-Normals estimate_normals(const Burst& burst, Geometry*) {
-  Normals n;
-  const cv::Size size = burst.regions.size();
-  n.specular = Image3(size, Vec3(kNaN, kNaN, kNaN));
-  for (Image3& d : n.diffuse) d = n.specular.clone();
-  return n;
-}
-
 // specular
 SpecularFit fit_specular(const Burst& burst, const Geometry&, const Normals&) {
   SpecularFit s;
