@@ -1,0 +1,43 @@
+// From gradients to normals by inverting the sum over the LEDs that are really there.
+//
+// With C the photograph under all LEDs and G_a under the gradient of axis a, level (1 + w.a)/2,
+// m_a = (2 G_a - C)/C is the mean direction of the LEDs weighted by what each gives to the
+// photograph, whatever the material: 2 level - 1 = w.a. For a Lambertian surface each LED gives
+// E_i max(0, n.l_i).
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "base/light_stage.h"
+
+namespace lamella::fit {
+
+// Eight pixels side by side.
+inline constexpr int kLanes = 8;
+using Lanes = float __attribute__((vector_size(kLanes * sizeof(float))));
+using LaneVec3 = std::array<Lanes, 3>;
+
+// The LEDs as a point sees them.
+struct LedsFrom {
+  std::vector<Vec3> towards;     // l_i, unit
+  std::vector<Vec3> axis;        // w_i, which sets the level
+  std::vector<Vec3> irradiance;  // rgb
+
+  LedsFrom(const LightStage& stage, const Vec3& x_mm);
+};
+
+// m of a Lambertian surface with normal `n` that nothing shadows.
+LaneVec3 lambertian_mean_direction(const LedsFrom& leds, int channel, const LaneVec3& normal);
+
+// The normals whose Lambertian m is `mean_direction`, starting from `guess`. On a full, even sphere
+// m = 2/3 n, so that n + 3/2 (m - m(n)) is a Newton step but for the gaps between LEDs.
+LaneVec3 invert_mean_direction(const LedsFrom& leds, int channel, const LaneVec3& mean_direction,
+                               const LaneVec3& guess);
+
+// The same for one normal.
+Vec3 lambertian_mean_direction(const LedsFrom& leds, int channel, const Vec3& normal);
+Vec3 invert_mean_direction(const LedsFrom& leds, int channel, const Vec3& mean_direction,
+                           const Vec3& guess);
+
+}  // namespace lamella::fit

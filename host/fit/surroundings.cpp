@@ -1,0 +1,118 @@
+#include "fit/surroundings.h"
+
+#include <algorithm>
+
+#include "base/grid_mesh.h"
+#include "base/parallel.h"
+#include "base/ray_scene.h"
+#include "fit/smooth.h"
+
+namespace lamella::fit {
+
+namespace {
+
+constexpr int kMeshStepPx = 4;
+constexpr float kLongestEdgeMm = 8.f;  // of a quad of the mesh; longer is a silhouette
+constexpr float kLiftMm = 0.7f;        // off the surface, above the noise of the mesh
+constexpr float kFarMm = 5000.f;
+constexpr int kDirections = 8192;
+
+Surroundings place_nodes(const Image3& position_mm, const Image3& normal, size_t leds) {
+  constexpr int step = Surroundings::kStepPx;
+  Surroundings around;
+  around.leds = leds;
+  around.index =
+      cv::Mat1i((position_mm.rows - 1) / step + 1, (position_mm.cols - 1) / step + 1, -1);
+  for (int i = 0; i < around.index.rows; ++i) {
+    for (int j = 0; j < around.index.cols; ++j) {
+      const cv::Point p(j * step, i * step);
+      if (!is_finite(position_mm(p)) || !is_finite(normal(p))) continue;
+      around.index(i, j) = int(around.pixel.size());
+      around.pixel.push_back(p);
+    }
+  }
+  around.blocker.assign(around.pixel.size() * leds, Surroundings::kFree);
+  return around;
+}
+
+int32_t blocker_of(const GridMesh& mesh, const Hit& hit, const Vec3& direction, int columns) {
+  if (hit.triangle < 0) return Surroundings::kFree;
+  const cv::Vec3i& t = mesh.triangles[size_t(hit.triangle)];
+  const auto& v = mesh.vertices_mm;
+  const Vec3 outward = cross(v[t[1]] - v[t[0]], v[t[2]] - v[t[0]]);
+  if (dot(outward, direction) > 0) return Surroundings::kUnknown;
+  const cv::Point& p = mesh.pixel[size_t(t[0])];
+  return p.y * columns + p.x;
+}
+
+}  // namespace
+
+Surroundings look_around(const Image3& position_mm, const Image3& normal, const LightStage& stage) {
+  Surroundings around = place_nodes(position_mm, normal, stage.leds().size());
+  const GridMesh mesh = mesh_from_positions(position_mm, kMeshStepPx, kLongestEdgeMm);
+  const RayScene scene(mesh.vertices_mm, mesh.triangles);
+  parallel_for(
+      int(around.pixel.size()),
+      [&](int node) {
+        const cv::Point p = around.pixel[size_t(node)];
+        const Vec3 n = normal(p), origin = position_mm(p) + n * kLiftMm;
+        for (size_t led = 0; led < around.leds; ++led) {
+          const Vec3 l = stage.direction_from(led, origin);
+          if (dot(n, l) <= 0) continue;
+          const Hit hit = scene.intersect(origin, l, kLiftMm, kFarMm);
+          around.blocker[size_t(node) * around.leds + led] =
+              blocker_of(mesh, hit, l, position_mm.cols);
+        }
+      },
+      16);
+  return around;
+}
+
+NodeBlend blend_nodes(const Surroundings& around, const Image1& distance_mm, int y, int x,
+                      float px_mm) {
+  constexpr int step = Surroundings::kStepPx;
+  NodeBlend blend;
+  float total = 0;
+  // The cell's corners first; where a silhouette cuts them all off, the next ring out.
+  for (int ring = 0; ring < 2 && total <= 0; ++ring) {
+    size_t count = 0;
+    for (int i = y / step - ring; i <= y / step + 1 + ring; ++i) {
+      for (int j = x / step - ring; j <= x / step + 1 + ring; ++j) {
+        if (i < 0 || j < 0 || i >= around.index.rows || j >= around.index.cols) continue;
+        const int node = around.index(i, j);
+        if (node < 0 || count == 4) continue;
+        const float dy = std::abs(float(y - i * step)) / step / float(1 + ring);
+        const float dx = std::abs(float(x - j * step)) / step / float(1 + ring);
+        const float w = (1.f - std::min(1.f, dy)) * (1.f - std::min(1.f, dx));
+        const float apart = std::abs(distance_mm(i * step, j * step) - distance_mm(y, x));
+        if (w <= 0 || !(apart < silhouette_step_mm(step * (1 + ring), px_mm))) continue;
+        blend.node[count] = node;
+        blend.weight[count++] = w;
+        total += w;
+      }
+    }
+  }
+  if (total > 0) {
+    for (float& w : blend.weight) w /= total;
+  }
+  return blend;
+}
+
+std::vector<float> solid_angles(const LightStage& stage) {
+  std::vector<float> share(stage.leds().size(), 0.f);
+  constexpr float golden = 2.39996323f;
+  for (int k = 0; k < kDirections; ++k) {
+    const float z = 1.f - (2.f * float(k) + 1.f) / kDirections, r = std::sqrt(1.f - z * z);
+    const Vec3 d(r * std::cos(golden * float(k)), r * std::sin(golden * float(k)), z);
+    size_t nearest = 0;
+    float best = -2;
+    for (size_t i = 0; i < share.size(); ++i) {
+      const float c = dot(d, stage.leds()[i].direction);
+      if (c > best) best = c, nearest = i;
+    }
+    if (!share.empty()) share[nearest] += 4 * kPi / kDirections;
+  }
+  return share;
+}
+
+}  // namespace lamella::fit

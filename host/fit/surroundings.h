@@ -1,0 +1,41 @@
+// What the face hides from itself: towards each LED, from a coarse grid of points on it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "base/light_stage.h"
+#include "base/vec.h"
+
+namespace lamella::fit {
+
+struct Surroundings {
+  static constexpr int kStepPx = 8;        // between nodes
+  static constexpr int32_t kFree = -1;     // the LED is seen, or lies behind the horizon
+  static constexpr int32_t kUnknown = -2;  // hidden by something whose photographed side is away
+
+  cv::Mat1i index;               // of the node at (row, column) x kStepPx; -1: none
+  std::vector<cv::Point> pixel;  // of each node
+  std::vector<int32_t> blocker;  // node x LED: pixel (y * columns + x) of what is in the way
+  size_t leds = 0;
+
+  int32_t at(size_t node, size_t led) const { return blocker[node * leds + led]; }
+};
+
+// Rays from every node to the LEDs above its horizon, against the mesh of `position_mm`.
+// `normal`: unit, read at the nodes.
+Surroundings look_around(const Image3& position_mm, const Image3& normal, const LightStage& stage);
+
+// Nodes around a pixel, with weights that sum to 1 (0 where there is no node near).
+struct NodeBlend {
+  std::array<int, 4> node{};
+  std::array<float, 4> weight{};
+};
+NodeBlend blend_nodes(const Surroundings& around, const Image1& distance_mm, int y, int x,
+                      float px_mm);
+
+// Solid angle (sr) around each LED: of all directions, those that are nearer to it than to others.
+std::vector<float> solid_angles(const LightStage& stage);
+
+}  // namespace lamella::fit
