@@ -1,0 +1,186 @@
+#include "fit/intensity.h"
+
+#include <algorithm>
+#include <opencv2/imgproc.hpp>
+
+#include "base/parallel.h"
+#include "model/single_scattering.h"
+#include "model/torrance_sparrow.h"
+
+namespace lamella::fit {
+
+namespace {
+
+constexpr float kMinCosine = 0.05f;       // towards camera and projector
+constexpr float kReached = 0.999f;        // of the projector: less is the edge of a shadow
+constexpr float kLedModelError = 0.06f;   // relative, of W: errors of the normal in it
+constexpr float kStrayError = 0.03f;      // light from other skin, relative to an open pixel's
+constexpr float kFrontModelError = 0.1f;  // relative, of p at its peak
+constexpr float kNormalError = 0.05f;     // radians, on the flank of p
+constexpr int kNeighbourhoodPx = 15;
+constexpr float kLocalSpread = 0.25f;   // of c within a neighbourhood, relative
+constexpr float kRegionWeight = 0.02f;  // of the region's c in a neighbourhood, in pixels' weights
+
+struct ResponseMaker {
+  const Burst& burst;
+  const Geometry& geometry;
+  const Normals& normals;
+  const LightVisibility& visibility;
+  const std::vector<SkinModel>& skins;
+  LedField field;
+  Responses* out;
+
+  void front(int y, int x, const SkinModel& skin) const {
+    const Vec3 n = normals.specular(y, x), v = geometry.to_camera(y, x);
+    const Vec3 l = geometry.to_projector(y, x), h = unit(l + v);
+    const float n_l = dot(n, l), n_v = dot(n, v), v_h = dot(v, h), n_h = dot(n, h);
+    const float share = visibility.share(y, x, visibility.projector());
+    if (n_l < kMinCosine || n_v < kMinCosine || share <= 0) return;
+    const float radiance = kPi * share * geometry.projector_irradiance(y, x);
+    out->front_lobe(y, x) = radiance * model::lobe_times_cosine(skin.lobe, n_h, n_v, n_l, v_h);
+    out->front_single(y, x) =
+        radiance * n_l * model::single_scattering(skin.transmittance, skin.g, n, l, v);
+    const float theta = std::acos(std::min(1.f, n_h)), step = 0.02f;
+    const float nearer = skin.lobe.density(std::cos(std::max(0.f, theta - step)));
+    const float farther = skin.lobe.density(std::cos(theta + step));
+    out->front_slope(y, x) =
+        nearer > 0 ? 2 * (nearer - farther) / (nearer + farther) / (2 * step) : 0;
+  }
+
+  void pixel(int y, int x, const LedField::Cell& cell, LightsAtPoint* lights) const {
+    const SkinModel& skin = skins[size_t(burst.regions(y, x) - 1)];
+    const Vec3 n = normals.specular(y, x);
+    out->led_share(y, x) = field.lights_at(cell, y, x, n, lights);
+    const LedResponse led = led_response(*lights, skin, n, geometry.to_camera(y, x));
+    out->led_lobe(y, x) = led.lobe;
+    out->led_single(y, x) = led.single;
+    out->front_lobe(y, x) = out->front_single(y, x) = out->front_slope(y, x) = 0;
+    front(y, x, skin);
+  }
+
+  void cells(int cell_row) const {
+    constexpr int kStep = LightVisibility::kStep;
+    const cv::Size size = burst.regions.size();
+    LedField::Cell cell;
+    LightsAtPoint lights;
+    for (int x0 = 0; x0 < size.width; x0 += kStep) {
+      bool entered = false;
+      for (int y = cell_row * kStep; y < std::min(size.height, (cell_row + 1) * kStep); ++y) {
+        for (int x = x0; x < std::min(size.width, x0 + kStep); ++x) {
+          if (!burst.regions(y, x) || !is_finite(geometry.position_mm(y, x))) continue;
+          if (!is_finite(normals.specular(y, x))) continue;
+          if (!entered) field.enter_cell(y, x, geometry.position_mm(y, x), &cell);
+          entered = true;
+          pixel(y, x, cell, &lights);
+        }
+      }
+    }
+  }
+};
+
+float square(float a) { return a * a; }
+
+// A measurement of c and its weight, one over its variance; weight 0 where there is none.
+struct Evidence {
+  float c = 0, weight = 0;
+};
+
+class Weigher {
+ public:
+  Weigher(const Burst& burst, const Responses& responses, const std::vector<RegionFit>& fits)
+      : burst_(burst), responses_(responses), fits_(fits) {}
+
+  Evidence from_leds(int y, int x) const {
+    const float gain = responses_.led_lobe(y, x);
+    if (!(gain > 0) || burst_.clipped_led(y, x)) return {};
+    const RegionFit& fit = fits_[size_t(burst_.regions(y, x) - 1)];
+    const Vec3 cross = burst_.full.cross(y, x);
+    const float s = mean(burst_.full.parallel(y, x) - cross);
+    const float single = amplitude(fit) * responses_.led_single(y, x);
+    const float expected = float(fit.intensity) * gain;
+    const float open = expected / std::max(0.02f, responses_.led_share(y, x));
+    const float noise = 2 * burst_.noise.variance(mean(cross) + 0.5f * expected) / 3;
+    const float variance = noise + square(kLedModelError * expected) + square(kStrayError * open);
+    return {(s - single) / gain, gain * gain / variance};
+  }
+
+  Evidence from_front(int y, int x) const {
+    const float gain = responses_.front_lobe(y, x);
+    if (!(gain > 0) || burst_.clipped_projector(y, x)) return {};
+    const RegionFit& fit = fits_[size_t(burst_.regions(y, x) - 1)];
+    const Vec3 cross = burst_.front.cross(y, x);
+    const float s = mean(burst_.front.parallel(y, x) - cross);
+    const float single = amplitude(fit) * responses_.front_single(y, x);
+    const float expected = float(fit.intensity) * gain;
+    const float noise = 2 * burst_.noise.variance(mean(cross) + 0.5f * expected) / 3;
+    const float model =
+        square(kFrontModelError) + square(kNormalError * responses_.front_slope(y, x));
+    return {(s - single) / gain,
+            gain * gain / (noise + model * expected * expected + square(0.1f * single))};
+  }
+
+ private:
+  static float amplitude(const RegionFit& fit) {
+    double sum = 0;
+    for (double a : fit.single.amplitude) sum += a;
+    return float(sum / 3);
+  }
+
+  const Burst& burst_;
+  const Responses& responses_;
+  const std::vector<RegionFit>& fits_;
+};
+
+}  // namespace
+
+Responses skin_responses(const Burst& burst, const Geometry& geometry, const Normals& normals,
+                         const LightVisibility& visibility, const std::vector<SkinModel>& skins) {
+  Responses out;
+  for (Image1* map : {&out.led_lobe, &out.led_single, &out.front_lobe, &out.front_single,
+                      &out.led_share, &out.front_slope}) {
+    *map = Image1(burst.regions.size(), kNaN);
+  }
+  const ResponseMaker maker{burst,      geometry, normals,
+                            visibility, skins,    LedField(burst.session->stage, visibility),
+                            &out};
+  const int cell_rows = (burst.regions.rows - 1) / LightVisibility::kStep + 1;
+  parallel_for(cell_rows, [&](int i) { maker.cells(i); });
+  return out;
+}
+
+IntensityMap estimate_intensity(const Burst& burst, const Responses& responses,
+                                const std::vector<RegionFit>& fits) {
+  const cv::Size size = burst.regions.size();
+  Image1 weight(size, 0.f), weighted(size, 0.f);
+  const Weigher weigher(burst, responses, fits);
+  parallel_for(size.height, [&](int y) {
+    for (int x = 0; x < size.width; ++x) {
+      if (!burst.regions(y, x)) continue;
+      const Evidence leds = weigher.from_leds(y, x), front = weigher.from_front(y, x);
+      weight(y, x) = leds.weight + front.weight;
+      weighted(y, x) = leds.weight * leds.c + front.weight * front.c;
+    }
+  });
+  Image1 local_weight, local_weighted;
+  const cv::Size window(kNeighbourhoodPx, kNeighbourhoodPx);
+  cv::blur(weight, local_weight, window);
+  cv::blur(weighted, local_weighted, window);
+  IntensityMap map{Image1(size, kNaN), Image1(size, 0.f)};
+  parallel_for(size.height, [&](int y) {
+    for (int x = 0; x < size.width; ++x) {
+      if (!burst.regions(y, x)) continue;
+      const float typical = std::max(1e-4f, float(fits[size_t(burst.regions(y, x) - 1)].intensity));
+      const float least = kRegionWeight / square(kLocalSpread * typical);
+      const float local = (local_weighted(y, x) + least * typical) / (local_weight(y, x) + least);
+      const float prior = 1.f / square(kLocalSpread * std::max(local, 0.1f * typical));
+      const float total = weight(y, x) + prior;
+      const float c = (weighted(y, x) + prior * local) / total;
+      map.c(y, x) = std::max(0.f, c);
+      const float relative = 1.f / (std::sqrt(total) * std::max(c, 0.1f * typical));
+      map.confidence(y, x) = 1.f / (1.f + relative);
+    }
+  });
+  return map;
+}
+
+}  // namespace lamella::fit

@@ -1,0 +1,74 @@
+#include "fit/light_visibility.h"
+
+#include "base/grid_mesh.h"
+#include "base/parallel.h"
+#include "base/ray_scene.h"
+
+namespace lamella::fit {
+
+namespace {
+
+constexpr int kMeshStep = 4;        // pixels between vertices of the shadow caster
+constexpr float kMaxEdgeMm = 15.f;  // longer edges bridge air
+constexpr float kLiftMm = 1.f;      // towards the camera, off the noise of the surface
+constexpr float kNearMm = 2.f;      // along the ray, for the same reason
+constexpr float kFarMm = 1000.f;    // beyond the subject
+
+// The measured point nearest to a node within its cell, or NaN.
+cv::Point measured_near(const Image3& position_mm, int y, int x) {
+  for (int reach = 0; reach <= LightVisibility::kStep / 2; ++reach) {
+    for (int dy = -reach; dy <= reach; ++dy) {
+      for (int dx = -reach; dx <= reach; ++dx) {
+        if (std::max(std::abs(dy), std::abs(dx)) != reach) continue;
+        const cv::Point p(x + dx, y + dy);
+        if (p.x < 0 || p.y < 0 || p.x >= position_mm.cols || p.y >= position_mm.rows) continue;
+        if (is_finite(position_mm(p))) return p;
+      }
+    }
+  }
+  return {-1, -1};
+}
+
+}  // namespace
+
+LightVisibility::LightVisibility(const Image3& position_mm, const Image3& to_camera,
+                                 const LightStage& stage, const Vec3d& projector_centre_mm)
+    : rows_((position_mm.rows - 1) / kStep + 2),
+      columns_((position_mm.cols - 1) / kStep + 2),
+      light_count_(int(stage.leds().size()) + 1) {
+  reaches_.assign(size_t(rows_) * size_t(columns_) * size_t(light_count_), 1);
+  const GridMesh mesh = mesh_from_positions(position_mm, kMeshStep, kMaxEdgeMm);
+  const RayScene scene(mesh.vertices_mm, mesh.triangles);
+  parallel_for(rows_, [&](int row) {
+    for (int column = 0; column < columns_; ++column) {
+      const cv::Point at = measured_near(position_mm, row * kStep, column * kStep);
+      if (at.x < 0) continue;
+      const Vec3 x_mm = position_mm(at);
+      const Vec3 origin = x_mm + to_camera(at) * kLiftMm;
+      uint8_t* reaches =
+          &reaches_[(size_t(row) * size_t(columns_) + size_t(column)) * size_t(light_count_)];
+      for (int i = 0; i < light_count_; ++i) {
+        const Vec3 direction = i == projector() ? unit(Vec3(projector_centre_mm) - x_mm)
+                                                : stage.direction_from(size_t(i), x_mm);
+        reaches[i] = scene.occluded(origin, direction, kNearMm, kFarMm) ? 0 : 1;
+      }
+    }
+  });
+}
+
+LightVisibility::Corners LightVisibility::corners(int y, int x) const {
+  const int row = y / kStep, column = x / kStep;
+  const float fy = float(y - row * kStep) / kStep, fx = float(x - column * kStep) / kStep;
+  return {
+      {node(row, column), node(row, column + 1), node(row + 1, column), node(row + 1, column + 1)},
+      {(1 - fy) * (1 - fx), (1 - fy) * fx, fy * (1 - fx), fy * fx}};
+}
+
+float LightVisibility::share(int y, int x, int light) const {
+  const Corners c = corners(y, x);
+  float share = 0;
+  for (int k = 0; k < 4; ++k) share += c.weight[k] * float(c.node[k][light]);
+  return share;
+}
+
+}  // namespace lamella::fit

@@ -1,0 +1,256 @@
+#include "fit/lobe_fit.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+
+#include "fit/non_negative.h"
+#include "model/lobe.h"
+
+namespace lamella::fit {
+
+namespace {
+
+constexpr int kUnknowns = int(kWidths) + 3;  // mixture, then an amplitude a channel
+constexpr int kRounds = 4;                   // of c against mixture and amplitudes
+constexpr float kModelError = 0.1f;          // of the lobe itself: keeps the peak from ruling
+constexpr float kConeCosine = 0.70710678f;   // 45 degrees, as in the paper
+constexpr int kEnoughInCone = 200;           // samples that make a lobe of their own
+constexpr double kBorrowed = 30;             // samples' worth of the whole face in every region
+constexpr double kTypicalWidth = 0.3;        // of a forehead
+
+struct Equations {
+  cv::Matx<double, kUnknowns, kUnknowns> m;
+  cv::Vec<double, kUnknowns> b;
+  int samples = 0, in_cone = 0;
+
+  void add(const Equations& other, double weight) {
+    m += other.m * weight;
+    b += other.b * weight;
+    samples += int(other.samples * weight);
+    in_cone += int(other.in_cone * weight);
+  }
+};
+
+using Blocks = std::array<Equations, kBlocks>;
+
+Equations total(const Blocks& blocks) {
+  Equations sum;
+  for (const Equations& block : blocks) sum.add(block, 1);
+  return sum;
+}
+
+// c of one sample and its variance, from GRADIENT_FULL. Not clamped: noise has both signs.
+struct Intensity {
+  double c = 0, variance = 0;
+};
+
+Intensity intensity_of(const LobeSample& s, const RegionFit& fit) {
+  double gain = 0, single = 0;
+  for (size_t j = 0; j < kWidths; ++j) gain += fit.mixture[j] * double(s.led_lobe[j]);
+  for (double amplitude : fit.single.amplitude) single += amplitude * double(s.led_single) / 3;
+  if (gain <= 0) return {0, 1e6};
+  return {(double(mean(s.full)) - single) / gain, double(s.full_variance) / (gain * gain)};
+}
+
+double mixture_at(const RegionFit& fit, const MixtureTable::Values& members) {
+  double p = 0;
+  for (size_t j = 0; j < kWidths; ++j) p += fit.mixture[j] * double(members[j]);
+  return p;
+}
+
+void add_sample(const LobeSample& s, const RegionFit& fit, const MixtureTable& table,
+                Equations* to) {
+  const MixtureTable::Values members = table(s.cos_h);
+  const Intensity intensity = intensity_of(s, fit);
+  const double lobe = mixture_at(fit, members) * double(s.front_lobe);
+  // Expected, not measured: a weight from the sample's own value would prefer one sign of noise.
+  const double expected = fit.intensity * lobe;
+  const double shared =
+      lobe * lobe * intensity.variance + double(kModelError * kModelError) * expected * expected;
+  std::array<double, kUnknowns> row{};
+  for (size_t j = 0; j < kWidths; ++j) {
+    row[j] = intensity.c * double(s.front_lobe) * double(members[j]);
+  }
+  for (int channel = 0; channel < 3; ++channel) {
+    const double weight = 1 / (double(s.front_variance[channel]) + shared);
+    const int own = int(kWidths) + channel;
+    row[size_t(own)] = double(s.front_single);
+    const auto accumulate = [&](int i) {
+      const double wi = weight * row[size_t(i)];
+      to->b(i) += wi * double(s.front[channel]);
+      for (int j = 0; j < int(kWidths); ++j) to->m(i, j) += wi * row[size_t(j)];
+      to->m(i, own) += wi * row[size_t(own)];
+    };
+    for (int i = 0; i < int(kWidths); ++i) accumulate(i);
+    accumulate(own);
+    row[size_t(own)] = 0;
+  }
+  ++to->samples;
+  if (s.cos_h > kConeCosine) ++to->in_cone;
+}
+
+// False where there is no lobe in the data.
+bool apply(const cv::Mat1d& solution, RegionFit* fit) {
+  double sum = 0;
+  for (size_t j = 0; j < kWidths; ++j) sum += solution(int(j));
+  for (size_t c = 0; c < 3; ++c) fit->single.amplitude[c] = solution(int(kWidths + c));
+  if (sum <= 0) return false;
+  for (size_t j = 0; j < kWidths; ++j) fit->mixture[j] = solution(int(j)) / sum;
+  return true;
+}
+
+std::vector<Blocks> equations_of(const std::vector<LobeSample>& samples,
+                                 const std::vector<RegionFit>& fits) {
+  std::vector<Blocks> equations(fits.size());
+  std::vector<MixtureTable> tables;
+  for (const RegionFit& fit : fits) tables.emplace_back(fit.normal_sigma_rad);
+  for (const LobeSample& s : samples) {
+    add_sample(s, fits[s.region], tables[s.region], &equations[s.region][s.block]);
+  }
+  return equations;
+}
+
+Equations whole_face(const std::vector<Blocks>& regions) {
+  Equations sum;
+  for (const Blocks& blocks : regions) sum.add(total(blocks), 1);
+  return sum;
+}
+
+cv::Mat1d solve(Equations own, const Equations& face) {
+  if (face.samples > 0) own.add(face, kBorrowed / face.samples);
+  return solve_non_negative(cv::Mat1d(own.m), cv::Mat1d(own.b), int(kWidths));
+}
+
+void set_table(RegionFit* fit) {
+  fit->lobe.theta_rad = lobe_angles();
+  fit->lobe.p = lobe_values(fit->mixture, fit->lobe.theta_rad);
+  fit->lobe.gaussian_m = model::gaussian_width(fit->lobe.theta_rad, fit->lobe.p);
+}
+
+// Delete-a-block jackknife: tiles are left out one group at a time, so that errors which neighbours
+// share (normals, texture) count as the noise does.
+void set_deviations(const Blocks& blocks, const Equations& face, RegionFit* fit) {
+  const Equations all = total(blocks);
+  std::vector<double> variance(fit->lobe.p.size(), 0.0);
+  double m_variance = 0;
+  std::array<double, 3> amplitude_variance{};
+  for (const Equations& left_out : blocks) {
+    Equations rest = all;
+    rest.add(left_out, -1);
+    RegionFit without = *fit;
+    if (!apply(solve(rest, face), &without)) continue;
+    set_table(&without);
+    const auto square = [](double d) { return d * d * (kBlocks - 1) / kBlocks; };
+    for (size_t i = 0; i < variance.size(); ++i) {
+      variance[i] += square(without.lobe.p[i] - fit->lobe.p[i]);
+    }
+    m_variance += square(without.lobe.gaussian_m - fit->lobe.gaussian_m);
+    for (size_t c = 0; c < 3; ++c) {
+      amplitude_variance[c] += square(without.single.amplitude[c] - fit->single.amplitude[c]);
+    }
+  }
+  fit->lobe.p_stddev.clear();
+  for (double v : variance) fit->lobe.p_stddev.push_back(std::sqrt(v));
+  fit->lobe.gaussian_m_stddev = std::sqrt(m_variance);
+  for (size_t c = 0; c < 3; ++c) {
+    fit->single.amplitude_stddev[c] = std::sqrt(amplitude_variance[c]);
+  }
+}
+
+void set_reasons(const Equations& own, bool found, RegionFit* fit) {
+  fit->lobe.fitted = found;
+  if (!found) {
+    fit->lobe.why = "no surface reflection in FRONT: a typical lobe stands in";
+  } else if (own.in_cone < kEnoughInCone) {
+    fit->lobe.why = fmt::format(
+        "only {} usable pixels within 45 degrees: mostly the lobe of the whole face", own.in_cone);
+  }
+  double squares = 0;
+  for (size_t c = 0; c < 3; ++c) {
+    const double s = fit->single.amplitude[c] / std::max(1e-9, fit->single.amplitude_stddev[c]);
+    squares += s > 0 ? s * s : 0;
+  }
+  fit->single.fitted = squares > 9;
+  if (!fit->single.fitted) {
+    fit->single.why = "within the noise (below 3 sigma)";
+    fit->single.amplitude = {0, 0, 0};
+  }
+}
+
+// Median of c, mean diffuse reflectance.
+void set_summaries(const std::vector<LobeSample>& samples, std::vector<RegionFit>* fits) {
+  std::vector<std::vector<double>> c(fits->size());
+  std::vector<Vec3d> diffuse(fits->size(), Vec3d(0, 0, 0));
+  for (const LobeSample& s : samples) {
+    c[s.region].push_back(intensity_of(s, (*fits)[s.region]).c);
+    diffuse[s.region] += Vec3d(s.diffuse_reflectance);
+  }
+  for (size_t r = 0; r < fits->size(); ++r) {
+    if (c[r].empty()) continue;
+    const auto middle = c[r].begin() + ptrdiff_t(c[r].size() / 2);
+    std::nth_element(c[r].begin(), middle, c[r].end());
+    (*fits)[r].intensity = std::max(0.0, *middle);
+    for (int k = 0; k < 3; ++k) {
+      (*fits)[r].diffuse_reflectance[size_t(k)] = diffuse[r][k] / double(c[r].size());
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<double> lobe_angles() {
+  constexpr int kSteps = 90;
+  std::vector<double> theta;
+  for (int i = 0; i <= kSteps; ++i) theta.push_back(double(kPi) / 4 * i / kSteps);
+  return theta;
+}
+
+std::vector<double> lobe_values(const Mixture& mixture, const std::vector<double>& theta_rad) {
+  const std::array<double, kWidths> widths = mixture_widths();
+  std::vector<double> p;
+  for (double theta : theta_rad) {
+    double sum = 0;
+    for (size_t j = 0; j < kWidths; ++j) {
+      sum += mixture[j] * model::beckmann(std::cos(theta), widths[j]);
+    }
+    p.push_back(sum);
+  }
+  return p;
+}
+
+RegionFit prior_region_fit() {
+  RegionFit fit;
+  const std::array<double, kWidths> widths = mixture_widths();
+  size_t nearest = 0;
+  for (size_t j = 1; j < kWidths; ++j) {
+    if (std::abs(widths[j] - kTypicalWidth) < std::abs(widths[nearest] - kTypicalWidth))
+      nearest = j;
+  }
+  fit.mixture[nearest] = 1;
+  set_table(&fit);
+  fit.lobe.p_stddev.assign(fit.lobe.p.size(), 0.0);
+  return fit;
+}
+
+std::vector<RegionFit> fit_lobes(const std::vector<LobeSample>& samples,
+                                 const std::vector<RegionFit>& previous) {
+  std::vector<RegionFit> fits = previous;
+  std::vector<bool> found(fits.size(), false);
+  for (int round = 0; round < kRounds; ++round) {
+    set_summaries(samples, &fits);
+    const std::vector<Blocks> equations = equations_of(samples, fits);
+    const Equations face = whole_face(equations);
+    for (size_t r = 0; r < fits.size(); ++r) {
+      found[r] = apply(solve(total(equations[r]), face), &fits[r]);
+      set_table(&fits[r]);
+      if (round + 1 < kRounds) continue;
+      set_deviations(equations[r], face, &fits[r]);
+      set_reasons(total(equations[r]), found[r], &fits[r]);
+    }
+  }
+  set_summaries(samples, &fits);
+  return fits;
+}
+
+}  // namespace lamella::fit

@@ -1,0 +1,154 @@
+#include "fit/lobe_samples.h"
+
+#include <algorithm>
+
+#include "base/parallel.h"
+#include "model/single_scattering.h"
+#include "model/torrance_sparrow.h"
+
+namespace lamella::fit {
+
+namespace {
+
+constexpr double kNarrowest = 0.1, kRatio = 1.22;
+constexpr float kMinCosine = 0.15f;   // towards light and camera: closer to grazing, 1/(n.v) rules
+constexpr float kMinVisible = 0.85f;  // share of the LEDs' light: little is left to interreflection
+constexpr int kBlockPx = 48;          // tiles of the jackknife, wider than normals are correlated
+
+struct Sampler {
+  const Burst& burst;
+  const Geometry& geometry;
+  const Normals& normals;
+  const LightVisibility& visibility;
+  const SamplingPlan& plan;
+  LedField field;
+  std::vector<MixtureTable> mixtures;
+
+  bool usable(int y, int x) const {
+    if (burst.clipped_led(y, x) || burst.clipped_projector(y, x)) return false;
+    const Vec3 n = normals.specular(y, x);
+    if (!is_finite(n) || !is_finite(geometry.position_mm(y, x))) return false;
+    if (dot(n, geometry.to_camera(y, x)) < kMinCosine) return false;
+    if (dot(n, geometry.to_projector(y, x)) < kMinCosine) return false;
+    return visibility.share(y, x, visibility.projector()) >= 0.999f;
+  }
+
+  void add_front(int y, int x, LobeSample* s) const {
+    const Vec3 n = normals.specular(y, x), v = geometry.to_camera(y, x);
+    const Vec3 l = geometry.to_projector(y, x), h = unit(l + v);
+    const float n_l = dot(n, l), n_v = dot(n, v), v_h = dot(v, h);
+    const float radiance = geometry.projector_irradiance(y, x);
+    const SkinModel& skin = plan.skins[s->region].skin;
+    s->cos_h = dot(n, h);
+    s->front_lobe = kPi * radiance * model::fresnel_reflectance(v_h) *
+                    model::v_groove(s->cos_h, n_v, n_l, v_h) / n_v;
+    s->front_single =
+        kPi * radiance * n_l * model::single_scattering(skin.transmittance, skin.g, n, l, v);
+    const Vec3 cross = burst.front.cross(y, x);
+    s->front = burst.front.parallel(y, x) - cross;
+    for (int c = 0; c < 3; ++c) s->front_variance[c] = 2 * burst.noise.variance(cross[c]);
+    s->diffuse_reflectance = cross * (2.f / (n_l * radiance));
+  }
+
+  void add_full(int y, int x, const LightsAtPoint& lights, LobeSample* s) const {
+    const Vec3 n = normals.specular(y, x), v = geometry.to_camera(y, x);
+    const float n_v = dot(n, v);
+    for (size_t i = 0; i < lights.count; ++i) {
+      const Vec3 l(lights.x[i], lights.y[i], lights.z[i]), h = unit(l + v);
+      const float n_h = dot(n, h), v_h = dot(v, h);
+      const float weight = kPi * lights.radiance[i] * model::fresnel_reflectance(v_h) *
+                           model::v_groove(n_h, n_v, dot(n, l), v_h) / n_v;
+      const MixtureTable::Values members = mixtures[s->region](n_h);
+      for (size_t j = 0; j < kWidths; ++j) s->led_lobe[j] += weight * members[j];
+    }
+    s->led_single = led_response(lights, plan.skins[s->region].skin, n, v).single;
+    const Vec3 cross = burst.full.cross(y, x);
+    s->full = burst.full.parallel(y, x) - cross;
+    s->full_variance = 2 * burst.noise.variance(mean(cross)) / 3;
+  }
+
+  // Samples of one row of cells.
+  void sample_cells(int cell_row, const std::vector<double>& share,
+                    std::vector<LobeSample>* out) const {
+    constexpr int kStep = LightVisibility::kStep;
+    const cv::Size size = burst.regions.size();
+    LedField::Cell cell;
+    LightsAtPoint lights;
+    for (int x0 = 0; x0 < size.width; x0 += kStep) {
+      bool entered = false;
+      for (int y = cell_row * kStep; y < std::min(size.height, (cell_row + 1) * kStep); ++y) {
+        for (int x = x0; x < std::min(size.width, x0 + kStep); ++x) {
+          const int label = burst.regions(y, x);
+          if (label == 0 || !taken(y, x, share[size_t(label - 1)]) || !usable(y, x)) continue;
+          if (!entered) field.enter_cell(y, x, geometry.position_mm(y, x), &cell);
+          entered = true;
+          if (field.lights_at(cell, y, x, normals.specular(y, x), &lights) < kMinVisible) continue;
+          LobeSample s;
+          s.region = uint8_t(label - 1);
+          s.block = uint8_t((y / kBlockPx * 3 + x / kBlockPx) % kBlocks);
+          add_front(y, x, &s);
+          add_full(y, x, lights, &s);
+          out->push_back(s);
+        }
+      }
+    }
+  }
+
+  // An even share of pixels without a pattern of its own: a hash of the position.
+  static bool taken(int y, int x, double share) {
+    uint32_t h = uint32_t(y) * 0x9E3779B1u ^ uint32_t(x) * 0x85EBCA77u;
+    h ^= h >> 15;
+    h *= 0x2C1B3C6Du;
+    h ^= h >> 13;
+    return double(h) < share * 4294967296.0;
+  }
+};
+
+}  // namespace
+
+std::array<double, kWidths> mixture_widths() {
+  std::array<double, kWidths> widths;
+  for (size_t i = 0; i < kWidths; ++i) widths[i] = kNarrowest * std::pow(kRatio, double(i));
+  return widths;
+}
+
+MixtureTable::MixtureTable(double normal_sigma_rad) : cells_(kCells + 2) {
+  const std::array<double, kWidths> widths = mixture_widths();
+  for (int i = 0; i < kCells; ++i) {
+    for (size_t j = 0; j < kWidths; ++j) {
+      const double m = std::sqrt(widths[j] * widths[j] + 2 * normal_sigma_rad * normal_sigma_rad);
+      cells_[size_t(i)][j] = float(model::beckmann(1 - double(i) / kCells, m));
+    }
+  }
+}
+
+MixtureTable::Values MixtureTable::operator()(float cos_theta) const {
+  const float x = std::clamp((1.f - cos_theta) * kCells, 0.f, float(kCells));
+  const int i = int(x);
+  const Values& a = cells_[size_t(i)];
+  const Values& b = cells_[size_t(i) + 1];
+  Values out;
+  for (size_t j = 0; j < kWidths; ++j) out[j] = a[j] + (x - float(i)) * (b[j] - a[j]);
+  return out;
+}
+
+std::vector<LobeSample> collect_samples(const Burst& burst, const Geometry& geometry,
+                                        const Normals& normals, const LightVisibility& visibility,
+                                        const SamplingPlan& plan) {
+  std::vector<double> share(plan.skins.size(), 0.0);
+  for (uint8_t label : burst.regions) {
+    if (label > 0 && size_t(label) <= share.size()) share[size_t(label - 1)] += 1;
+  }
+  for (double& s : share) s = s > 0 ? std::min(1.0, plan.per_region / s) : 0.0;
+  Sampler sampler{
+      burst, geometry, normals, visibility, plan, LedField(burst.session->stage, visibility), {}};
+  for (const SamplingSkin& skin : plan.skins) sampler.mixtures.emplace_back(skin.normal_sigma_rad);
+  const int cell_rows = (burst.regions.rows - 1) / LightVisibility::kStep + 1;
+  std::vector<std::vector<LobeSample>> rows(static_cast<size_t>(cell_rows));
+  parallel_for(cell_rows, [&](int i) { sampler.sample_cells(i, share, &rows[size_t(i)]); });
+  std::vector<LobeSample> samples;
+  for (const auto& row : rows) samples.insert(samples.end(), row.begin(), row.end());
+  return samples;
+}
+
+}  // namespace lamella::fit

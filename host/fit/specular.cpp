@@ -1,0 +1,82 @@
+#include "fit/specular.h"
+
+#include "fit/intensity.h"
+#include "fit/lobe_fit.h"
+#include "fit/phase_asymmetry.h"
+#include "model/single_scattering.h"
+
+namespace lamella::fit {
+
+namespace {
+
+// A few samples first, for what the samples themselves are computed with; then enough of them.
+constexpr int kFirstSamples = 1500, kSamples = 6000;
+
+SkinModel skin_of(const RegionFit& fit, float g) {
+  const model::LobeTable lobe(fit.lobe.theta_rad, fit.lobe.p);
+  return {lobe, model::TransmittanceTable(lobe, fit.intensity), g};
+}
+
+std::vector<SkinModel> skins_of(const std::vector<RegionFit>& fits, float g) {
+  std::vector<SkinModel> skins;
+  for (const RegionFit& fit : fits) skins.push_back(skin_of(fit, g));
+  return skins;
+}
+
+SamplingPlan plan_of(const std::vector<RegionFit>& fits, float g, int per_region) {
+  SamplingPlan plan;
+  plan.per_region = per_region;
+  for (const RegionFit& fit : fits) plan.skins.push_back({skin_of(fit, g), fit.normal_sigma_rad});
+  return plan;
+}
+
+// alpha of eq. 3 from a region's amplitude, on every pixel of it.
+Image3 single_albedo_map(const Labels& regions, const SpecularFit& fit) {
+  std::vector<Vec3> alpha(1, Vec3(kNaN, kNaN, kNaN));
+  for (const RegionSingle& single : fit.single) {
+    Vec3 a;
+    for (int c = 0; c < 3; ++c) {
+      a[c] = float(model::alpha_from_amplitude(single.amplitude[size_t(c)], fit.g[size_t(c)]));
+    }
+    alpha.push_back(a);
+  }
+  Image3 map(regions.size());
+  for (int y = 0; y < map.rows; ++y) {
+    for (int x = 0; x < map.cols; ++x) map(y, x) = alpha[regions(y, x)];
+  }
+  return map;
+}
+
+}  // namespace
+
+SpecularFit fit_specular(const Burst& burst, const Geometry& geometry, const Normals& normals) {
+  const Session& session = *burst.session;
+  const LightVisibility visibility(geometry.position_mm, geometry.to_camera, session.stage,
+                                   session.projector.centre_mm());
+  std::vector<RegionFit> fits(burst.region_names.size() - 1, prior_region_fit());
+  PhaseAsymmetry asymmetry;
+  for (int samples_per_region : {kFirstSamples, kSamples}) {
+    const std::vector<LobeSample> samples =
+        collect_samples(burst, geometry, normals, visibility,
+                        plan_of(fits, asymmetry.mean_g(), samples_per_region));
+    fits = fit_lobes(samples, fits);
+    asymmetry = estimate_asymmetry(fits);
+  }
+  SpecularFit out;
+  for (const RegionFit& fit : fits) {
+    out.lobes.push_back(fit.lobe);
+    out.single.push_back(fit.single);
+  }
+  out.g = asymmetry.g;
+  out.g_stddev = asymmetry.g_stddev;
+  out.g_assumes = asymmetry.assumes;
+  const Responses responses =
+      skin_responses(burst, geometry, normals, visibility, skins_of(fits, asymmetry.mean_g()));
+  const IntensityMap intensity = estimate_intensity(burst, responses, fits);
+  out.intensity = intensity.c;
+  out.intensity_confidence = intensity.confidence;
+  out.single_albedo = single_albedo_map(burst.regions, out);
+  return out;
+}
+
+}  // namespace lamella::fit
