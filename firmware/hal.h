@@ -1,0 +1,61 @@
+// The only door to hardware. Times are microseconds on the rig's monotonic clock. Every call that
+// moves something says when it really happened; a call that fails leaves its reason in `error`.
+#ifndef LAMELLA_FIRMWARE_HAL_H
+#define LAMELLA_FIRMWARE_HAL_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "led_chain.h"
+#include "proto/twin.pb.h"
+#include "status.h"
+
+enum hal_line {
+  HAL_BLANK,    // 1: LED outputs off. Pulled up, and requested with 1
+  HAL_LATCH,    // rising: the shifted codes become the outputs' codes
+  HAL_TRIGGER,  // both cameras: they integrate while it is high, start_delay later
+  HAL_LAMP,     // 0: the projector's lamp is shuttered
+};
+
+struct hal_pattern {
+  lamella_v1_PatternSpan_Kind kind;
+  uint8_t index;
+};
+
+// A photograph as the sensor gave it. `bytes` is the caller's room of `capacity` bytes.
+struct hal_photograph {
+  uint8_t* bytes;
+  size_t capacity;
+  lamella_v1_PhotographHeader header;
+};
+
+struct hal {
+  const char* name;  // "sim"
+  void* self;        // first argument of every call
+  char error[160];
+
+  double (*now_us)(void* self);
+  // Sleeps to just before t_us and spins to it; at once where t_us has passed.
+  void (*wait_until_us)(void* self, double t_us);
+
+  // Lights off, analyser at rest, nothing photographed yet; returns at a vblank of the projector,
+  // which becomes the burst's zero.
+  enum lam_status (*prepare)(void* self, double* zero_us);
+  enum lam_status (*set_line)(void* self, enum hal_line line, bool level, double* at_us);
+  // Returns when the last bit is in the chain; BLANK must be 1.
+  enum lam_status (*shift_leds)(void* self, const uint8_t stream[CHAIN_BYTES], double* at_us);
+  // Shows the pattern from the next vblank on; `flipped` becomes true then, once, and says when.
+  enum lam_status (*commit_pattern)(void* self, struct hal_pattern pattern, double* at_us);
+  bool (*flipped)(void* self, double* at_us);
+  // Starts the left camera's analyser towards crossed (or parallel); `arrived` as `flipped`.
+  enum lam_status (*move_analyser)(void* self, bool crossed, double* at_us);
+  bool (*arrived)(void* self, double* at_us);
+  // The photograph that trigger pulse number `shot` since prepare() took with one camera.
+  enum lam_status (*read_photograph)(void* self, unsigned shot, unsigned camera,
+                                     struct hal_photograph* photograph);
+  void (*lights_off)(void* self);
+  void (*close)(void* self);
+};
+
+#endif

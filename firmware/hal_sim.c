@@ -1,0 +1,226 @@
+#include "hal_sim.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "hal_sim_twin.h"
+
+const struct sim_faults kSimNoFaults = {.flipped_bit = -1, .slow_actuator = 1};
+
+// How early the real clock wakes up to spin the rest: more than a Linux timer's usual slack.
+static const double kSpinUs = 150;
+
+static bool parse_after(const char* text, const char* prefix, double* number) {
+  const size_t length = strlen(prefix);
+  if (strncmp(text, prefix, length) != 0) return false;
+  char* end = NULL;
+  *number = strtod(text + length, &end);
+  return end != text + length && *end == '\0' && *number >= 0 && *number < 1e9;
+}
+
+bool sim_faults_parse(const char* text, struct sim_faults* faults) {
+  double number = 0;
+  if (parse_after(text, "flip-bit:", &number)) {
+    faults->flipped_bit = (int)number;
+    return number < CHAIN_BITS;
+  }
+  if (parse_after(text, "late-blank:", &faults->late_blank_us)) return true;
+  return parse_after(text, "slow-actuator:", &faults->slow_actuator) && faults->slow_actuator > 0;
+}
+
+static enum lam_status fail(struct hal_sim* sim, const char* text) {
+  snprintf(sim->hal.error, sizeof sim->hal.error, "%s", text);
+  return LAM_HARDWARE;
+}
+
+static double real_now_us(void) {
+  struct timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return (double)now.tv_sec * 1e6 + (double)now.tv_nsec * 1e-3;
+}
+
+static double now_us(void* self) {
+  const struct hal_sim* sim = self;
+  return sim->clock == SIM_CLOCK_REAL ? real_now_us() : sim->virtual_now_us;
+}
+
+static void wait_until_us(void* self, double t_us) {
+  struct hal_sim* sim = self;
+  if (sim->clock == SIM_CLOCK_VIRTUAL) {
+    sim->virtual_now_us = fmax(sim->virtual_now_us, t_us);
+    return;
+  }
+  const double wake_us = t_us - kSpinUs;
+  if (wake_us > real_now_us()) {
+    const struct timespec wake = {.tv_sec = (time_t)(wake_us / 1e6),
+                                  .tv_nsec = (long)(fmod(wake_us, 1e6) * 1e3)};
+    clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &wake, NULL);
+  }
+  while (real_now_us() < t_us) continue;
+}
+
+static double next_vblank_us(const struct hal_sim* sim, double t_us) {
+  const double refresh_us = rig_refresh_us(sim->rig);
+  const double periods = ceil((t_us - sim->last_vblank_us) / refresh_us - 1e-9);
+  return sim->last_vblank_us + fmax(periods, 1) * refresh_us;
+}
+
+static enum lam_status prepare(void* self, double* zero_us) {
+  struct hal_sim* sim = self;
+  sim->hal.lights_off(sim);
+  const size_t moves = sim->light.move_count;
+  if (moves > 0) {
+    wait_until_us(sim, sim->light.moves[moves - 1].to_us + sim->rig->analyser_settle_us);
+  }
+  sim_light_restart(&sim->light);
+  sim->shot_count = 0;
+  sim->triggered = sim->flip_pending = sim->move_pending = false;
+  *zero_us = next_vblank_us(sim, now_us(sim));
+  wait_until_us(sim, *zero_us);
+  sim->last_vblank_us = *zero_us;
+  return LAM_OK;
+}
+
+static bool trigger(struct hal_sim* sim, bool level, double t_us) {
+  if (level == sim->triggered) return true;
+  sim->triggered = level;
+  const double effect_us = t_us + sim->rig->camera_start_delay_us;
+  if (!level) {
+    sim->shots[sim->shot_count - 1].close_us = effect_us;
+    return true;
+  }
+  if (sim->shot_count == SIM_MAX_EVENTS) return false;
+  const struct sim_shot* last = sim->shot_count > 0 ? &sim->shots[sim->shot_count - 1] : NULL;
+  // Half a microsecond of grace for the rounding of planned times.
+  const bool missed =
+      last != NULL && effect_us + 0.5 < last->close_us + sim->rig->camera_readout_us;
+  sim->shots[sim->shot_count++] = (struct sim_shot){effect_us, INFINITY, missed};
+  return true;
+}
+
+static enum lam_status set_line(void* self, enum hal_line line, bool level, double* at_us) {
+  struct hal_sim* sim = self;
+  if (line == HAL_BLANK && !level && sim->faults.late_blank_us > 0) {
+    wait_until_us(sim, now_us(sim) + sim->faults.late_blank_us);
+  }
+  *at_us = now_us(sim);
+  bool room = true;
+  if (line == HAL_BLANK) room = sim_light_blank(&sim->light, level, *at_us);
+  if (line == HAL_LATCH && level) room = sim_light_latch(&sim->light, *at_us);
+  if (line == HAL_TRIGGER) room = trigger(sim, level, *at_us);
+  if (line == HAL_LAMP) room = sim_light_lamp(&sim->light, level, *at_us);
+  return room ? LAM_OK : fail(sim, "more happened in one burst than the simulated rig remembers");
+}
+
+static enum lam_status shift_leds(void* self, const uint8_t stream[CHAIN_BYTES], double* at_us) {
+  struct hal_sim* sim = self;
+  uint8_t wire[CHAIN_BYTES];
+  memcpy(wire, stream, CHAIN_BYTES);
+  const int bit = sim->faults.flipped_bit;
+  if (bit >= 0) wire[bit / 8] ^= (uint8_t)(0x80 >> bit % 8);
+  *at_us = now_us(sim);
+  sim_chain_shift(&sim->light.chain, wire, CHAIN_BITS);
+  wait_until_us(sim, *at_us + rig_shift_us(sim->rig));
+  return LAM_OK;
+}
+
+static enum lam_status commit_pattern(void* self, struct hal_pattern pattern, double* at_us) {
+  struct hal_sim* sim = self;
+  *at_us = now_us(sim);
+  if (sim->flip_pending) return fail(sim, "a flip was committed before the last one happened");
+  sim->flip_pending = true;
+  const double vblank_us = next_vblank_us(sim, *at_us);
+  return sim_light_flip(&sim->light, pattern, vblank_us)
+             ? LAM_OK
+             : fail(sim, "more flips in one burst than the simulated rig remembers");
+}
+
+static bool flipped(void* self, double* at_us) {
+  struct hal_sim* sim = self;
+  if (!sim->flip_pending) return false;
+  *at_us = sim->light.flips[sim->light.flip_count - 1].vblank_us;
+  if (now_us(sim) < *at_us - 0.5) return false;
+  sim->flip_pending = false;
+  return true;
+}
+
+static enum lam_status move_analyser(void* self, bool crossed, double* at_us) {
+  struct hal_sim* sim = self;
+  *at_us = now_us(sim);
+  sim->move_pending = true;
+  const double duration_us = sim->rig->analyser_move_us * sim->faults.slow_actuator;
+  return sim_light_move(&sim->light, crossed ? M_PI_2 : 0, *at_us, *at_us + duration_us)
+             ? LAM_OK
+             : fail(sim, "more analyser moves than the simulated rig remembers");
+}
+
+static bool arrived(void* self, double* at_us) {
+  struct hal_sim* sim = self;
+  if (!sim->move_pending) return false;
+  *at_us = sim->light.moves[sim->light.move_count - 1].to_us;
+  if (now_us(sim) < *at_us - 0.5) return false;
+  sim->move_pending = false;
+  return true;
+}
+
+static enum lam_status read_photograph(void* self, unsigned shot, unsigned camera,
+                                       struct hal_photograph* photograph) {
+  struct hal_sim* sim = self;
+  if (sim->twin_socket < 0) return fail(sim, "there is no twin to take photographs");
+  if (shot >= sim->shot_count || sim->shots[shot].missed) {
+    return fail(sim, "a camera missed a trigger: it was not ready");
+  }
+  static lamella_v1_ExposureReport report;
+  if (!sim_light_report(&sim->light, camera, sim->shots[shot].open_us, sim->shots[shot].close_us,
+                        &report)) {
+    return fail(sim, "more light changes in one exposure than a report can hold");
+  }
+  return sim_twin_photograph(sim->twin_socket, &report, photograph, sim->hal.error,
+                             sizeof sim->hal.error)
+             ? LAM_OK
+             : LAM_HARDWARE;
+}
+
+static void lights_off(void* self) {
+  struct hal_sim* sim = self;
+  sim_light_blank(&sim->light, true, now_us(sim));
+  sim_light_lamp(&sim->light, false, now_us(sim));
+}
+
+static void close_rig(void* self) {
+  struct hal_sim* sim = self;
+  lights_off(sim);
+  sim_twin_disconnect(sim->twin_socket);
+  sim->twin_socket = -1;
+}
+
+enum lam_status hal_sim_open(struct hal_sim* sim, const struct rig* rig, enum sim_clock clock,
+                             struct sim_faults faults, const char* twin_path) {
+  memset(sim, 0, sizeof *sim);
+  sim->rig = rig;
+  sim->clock = clock;
+  sim->faults = faults;
+  sim_light_init(&sim->light, rig);
+  sim->last_vblank_us = now_us(sim);
+  sim->hal = (struct hal){.name = "sim",
+                          .self = sim,
+                          .now_us = now_us,
+                          .wait_until_us = wait_until_us,
+                          .prepare = prepare,
+                          .set_line = set_line,
+                          .shift_leds = shift_leds,
+                          .commit_pattern = commit_pattern,
+                          .flipped = flipped,
+                          .move_analyser = move_analyser,
+                          .arrived = arrived,
+                          .read_photograph = read_photograph,
+                          .lights_off = lights_off,
+                          .close = close_rig};
+  sim->twin_socket = -1;
+  if (twin_path == NULL) return LAM_OK;
+  sim->twin_socket = sim_twin_connect(twin_path, sim->hal.error, sizeof sim->hal.error);
+  return sim->twin_socket >= 0 ? LAM_OK : LAM_HARDWARE;
+}

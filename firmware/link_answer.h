@@ -1,0 +1,34 @@
+// What the rig says to each request: one message in, replies out. No sockets here.
+#ifndef LAMELLA_FIRMWARE_LINK_ANSWER_H
+#define LAMELLA_FIRMWARE_LINK_ANSWER_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "proto/link.pb.h"
+#include "session.h"
+
+enum { LINK_PROTOCOL_VERSION = 1 };
+
+// One host's conversation with the rig.
+struct dialogue {
+  struct session* session;
+  const uint8_t* calibration;  // opaque bytes
+  size_t calibration_size;
+  bool (*send)(void* context, const lamella_v1_Reply* reply);  // false: the host is gone
+  void* context;
+  bool greeted;
+  lamella_v1_Reply reply;  // kept here as it is too large for a small stack
+};
+
+// Answers one message as it came. False where the connection is to be closed.
+bool link_answer(struct dialogue* dialogue, const uint8_t* message, size_t length);
+
+// Tells the host what happened since it was last told: the end of a burst, or a fault.
+bool link_tell_news(struct dialogue* dialogue);
+
+bool link_refuse(struct dialogue* dialogue, uint32_t request_id, lamella_v1_Refusal_Code code,
+                 const char* reason);
+
+#endif

@@ -1,0 +1,160 @@
+// lamella-rigd: the rig's daemon. Exit 0 stopped, 2 bad input, 3 rig or link failed.
+#include <getopt.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "hal_sim.h"
+#include "link.h"
+#include "rig.h"
+#include "session.h"
+#include "store.h"
+
+enum { kExitBadInput = 2, kExitRigFailed = 3, kMaxCalibrationBytes = 1 << 20 };
+
+static const char kUsage[] =
+    "usage: lamella-rigd --hal sim --rig FILE --twin SOCKET --calibration FILE\n"
+    "                    --listen 127.0.0.1:PORT [--clock virtual|real]\n"
+    "                    [--inject flip-bit:N|late-blank:US|slow-actuator:FACTOR]\n";
+
+struct arguments {
+  const char *hal, *rig, *twin, *calibration, *listen;
+  enum sim_clock clock;
+  struct sim_faults faults;
+};
+
+static volatile sig_atomic_t stop;
+
+static void on_signal(int number) {
+  (void)number;
+  stop = 1;
+}
+
+static void catch_signals(void) {
+  struct sigaction action = {.sa_handler = on_signal};
+  sigaction(SIGTERM, &action, NULL);
+  sigaction(SIGINT, &action, NULL);
+}
+
+static bool parse_clock(const char* text, enum sim_clock* clock) {
+  *clock = strcmp(text, "real") == 0 ? SIM_CLOCK_REAL : SIM_CLOCK_VIRTUAL;
+  return *clock == SIM_CLOCK_REAL || strcmp(text, "virtual") == 0;
+}
+
+static bool require(const char* value, const char* option) {
+  if (value == NULL) fprintf(stderr, "lamella-rigd: %s is missing\n%s", option, kUsage);
+  return value != NULL;
+}
+
+static bool is_complete(const struct arguments* arguments) {
+  if (!require(arguments->hal, "--hal") || !require(arguments->rig, "--rig") ||
+      !require(arguments->twin, "--twin") || !require(arguments->calibration, "--calibration") ||
+      !require(arguments->listen, "--listen")) {
+    return false;
+  }
+  if (strcmp(arguments->hal, "sim") == 0) return true;
+  fprintf(stderr, "lamella-rigd: --hal %s: this build drives the simulated rig, sim, alone\n",
+          arguments->hal);
+  return false;
+}
+
+static bool parse_arguments(int argc, char** argv, struct arguments* arguments) {
+  static const struct option kOptions[] = {
+      {"hal", required_argument, NULL, 'h'},    {"rig", required_argument, NULL, 'r'},
+      {"twin", required_argument, NULL, 't'},   {"calibration", required_argument, NULL, 'c'},
+      {"listen", required_argument, NULL, 'l'}, {"clock", required_argument, NULL, 'k'},
+      {"inject", required_argument, NULL, 'i'}, {NULL, 0, NULL, 0}};
+  *arguments = (struct arguments){.faults = kSimNoFaults};
+  for (int option; (option = getopt_long(argc, argv, "", kOptions, NULL)) != -1;) {
+    bool good = true;
+    if (option == 'h') arguments->hal = optarg;
+    if (option == 'r') arguments->rig = optarg;
+    if (option == 't') arguments->twin = optarg;
+    if (option == 'c') arguments->calibration = optarg;
+    if (option == 'l') arguments->listen = optarg;
+    if (option == 'k') good = parse_clock(optarg, &arguments->clock);
+    if (option == 'i') good = sim_faults_parse(optarg, &arguments->faults);
+    if (!good) fprintf(stderr, "lamella-rigd: '%s' is no value of its option\n", optarg);
+    if (!good || option == '?') {
+      fputs(kUsage, stderr);
+      return false;
+    }
+  }
+  return is_complete(arguments);
+}
+
+// Reads a whole file of at most `most` bytes into memory that lives as long as the daemon.
+static uint8_t* read_file(const char* path, size_t most, size_t* size) {
+  FILE* file = fopen(path, "rb");
+  uint8_t* bytes = file != NULL ? malloc(most + 1) : NULL;
+  *size = bytes != NULL ? fread(bytes, 1, most + 1, file) : 0;
+  const bool whole = bytes != NULL && !ferror(file) && *size <= most;
+  if (file != NULL) fclose(file);
+  if (whole) return bytes;
+  fprintf(stderr, "%s: %s\n", path,
+          *size > most ? "larger than the rig may read" : "cannot be read");
+  free(bytes);
+  return NULL;
+}
+
+static bool read_rig(const char* path, struct rig* rig) {
+  size_t size = 0;
+  uint8_t* text = read_file(path, RIG_MAX_TEXT_BYTES, &size);
+  if (text == NULL) return false;
+  struct rig_error error;
+  const enum lam_status status = rig_parse((const char*)text, size, rig, &error);
+  free(text);
+  if (status == LAM_OK) return true;
+  if (error.line > 0) {
+    fprintf(stderr, "%s:%d: %s\n", path, error.line, error.text);
+  } else {
+    fprintf(stderr, "%s: %s\n", path, error.text);
+  }
+  return false;
+}
+
+// Listens, serves until told to stop, turns the lights off first.
+static int serve(const struct arguments* arguments, struct link_server* server,
+                 struct session* session) {
+  char error[200];
+  const enum lam_status status = link_listen(server, arguments->listen, error, sizeof error);
+  if (status != LAM_OK) {
+    fprintf(stderr, "lamella-rigd: %s\n", error);
+    return status == LAM_BAD_INPUT ? kExitBadInput : kExitRigFailed;
+  }
+  server->dialogue.calibration =
+      read_file(arguments->calibration, kMaxCalibrationBytes, &server->dialogue.calibration_size);
+  if (server->dialogue.calibration == NULL) return kExitBadInput;
+  printf("listening on 127.0.0.1:%u\n", server->port);
+  fflush(stdout);
+  link_serve(server, session, &stop);
+  session->hal->close(session->hal->self);
+  link_close(server);
+  return 0;
+}
+
+int main(int argc, char** argv) {
+  static struct rig rig;
+  static struct hal_sim sim;
+  static struct store store;
+  static struct session session;
+  static struct link_server server;
+  struct arguments arguments;
+  if (!parse_arguments(argc, argv, &arguments)) return kExitBadInput;
+  if (!read_rig(arguments.rig, &rig)) return kExitBadInput;
+  catch_signals();
+  if (hal_sim_open(&sim, &rig, arguments.clock, arguments.faults, arguments.twin) != LAM_OK) {
+    fprintf(stderr, "lamella-rigd: %s: %s\n", arguments.twin, sim.hal.error);
+    return kExitRigFailed;
+  }
+  const size_t capacity = (size_t)rig.store_capacity_bytes;
+  uint8_t* block = malloc(capacity);
+  if (block == NULL) {
+    fprintf(stderr, "%s: store.capacity_bytes is more memory than there is\n", arguments.rig);
+    return kExitBadInput;
+  }
+  store_init(&store, block, capacity);
+  session_init(&session, &rig, &sim.hal, &store);
+  return serve(&arguments, &server, &session);
+}

@@ -1,0 +1,145 @@
+#include "player.h"
+
+#include <math.h>
+#include <string.h>
+
+static struct hal_pattern pattern_of(const struct burst_step* step) {
+  static const lamella_v1_PatternSpan_Kind kKinds[] = {
+      [lamella_v1_Frame_Role_FRINGE] = lamella_v1_PatternSpan_Kind_FRINGE,
+      [lamella_v1_Frame_Role_BLACK] = lamella_v1_PatternSpan_Kind_BLACK,
+      [lamella_v1_Frame_Role_DOTS] = lamella_v1_PatternSpan_Kind_DOTS,
+      [lamella_v1_Frame_Role_FRONT] = lamella_v1_PatternSpan_Kind_WHITE,
+      [lamella_v1_Frame_Role_STRIPES] = lamella_v1_PatternSpan_Kind_STRIPES,
+  };
+  return (struct hal_pattern){kKinds[step->role], step->index};
+}
+
+enum lam_status player_start(struct player* player, struct hal* hal, const struct rig* rig,
+                             const struct burst_plan* plan, const struct timeline* timeline) {
+  memset(player, 0, sizeof *player);
+  player->hal = hal;
+  player->rig = rig;
+  player->plan = plan;
+  player->timeline = timeline;
+  player->first_late = timeline->count;
+  for (size_t i = 0; i < plan->count; i++) {
+    if (!burst_step_is_lit_by_leds(&plan->steps[i])) continue;
+    uint16_t codes[RIG_MAX_LEDS];
+    burst_led_codes(rig, plan->steps[i].role, codes);
+    led_chain_encode(rig, codes, player->streams[i]);
+  }
+  return hal->prepare(hal->self, &player->zero_us);
+}
+
+bool player_is_done(const struct player* player) { return player->next == player->timeline->count; }
+
+double player_slack_us(const struct player* player) {
+  if (player_is_done(player)) return INFINITY;
+  const double due_us = player->zero_us + player->timeline->edges[player->next].t_us;
+  return due_us - player->hal->now_us(player->hal->self);
+}
+
+static void record(struct player* player, size_t index, double at_us) {
+  const struct edge* edge = &player->timeline->edges[index];
+  struct played_edge* played = &player->played[index];
+  played->done = true;
+  played->actual_us = at_us - player->zero_us;
+  played->late = played->actual_us - edge->t_us > edge->tolerance_us;
+  if (!played->late) return;
+  player->late_count++;
+  if (index < player->first_late) player->first_late = index;
+}
+
+static bool is_observed(enum edge_line line) { return line == EDGE_VBLANK || line == EDGE_ARRIVED; }
+
+// Edges that the hardware, not the player, makes happen: recorded when they are first seen.
+static void observe(struct player* player, size_t end) {
+  struct hal* hal = player->hal;
+  for (size_t i = 0; i < end; i++) {
+    const enum edge_line line = player->timeline->edges[i].line;
+    if (!is_observed(line) || player->played[i].done) continue;
+    double at_us = 0;
+    if ((line == EDGE_VBLANK ? hal->flipped : hal->arrived)(hal->self, &at_us)) {
+      record(player, i, at_us);
+    }
+  }
+}
+
+// What never happened within the burst is late, by as much as is known.
+static void give_up_observing(struct player* player) {
+  for (size_t i = 0; i < player->timeline->count; i++) {
+    if (player->played[i].done) continue;
+    record(player, i, player->hal->now_us(player->hal->self));
+    if (player->played[i].late) continue;
+    player->played[i].late = true;
+    player->late_count++;
+    if (i < player->first_late) player->first_late = i;
+  }
+}
+
+static enum lam_status act(struct player* player, const struct edge* edge, double* at_us) {
+  struct hal* hal = player->hal;
+  switch (edge->line) {
+    case EDGE_SHIFT:
+      return hal->shift_leds(hal->self, player->streams[edge->step], at_us);
+    case EDGE_LATCH:
+      return hal->set_line(hal->self, HAL_LATCH, edge->value, at_us);
+    case EDGE_BLANK:
+      return hal->set_line(hal->self, HAL_BLANK, edge->value, at_us);
+    case EDGE_TRIGGER:
+      return hal->set_line(hal->self, HAL_TRIGGER, edge->value, at_us);
+    case EDGE_LAMP:
+      return hal->set_line(hal->self, HAL_LAMP, edge->value, at_us);
+    case EDGE_COMMIT:
+      return hal->commit_pattern(hal->self, pattern_of(&player->plan->steps[edge->step]), at_us);
+    default:
+      return hal->move_analyser(hal->self, edge->value, at_us);
+  }
+}
+
+enum lam_status player_step(struct player* player) {
+  struct hal* hal = player->hal;
+  const size_t index = player->next;
+  const struct edge* edge = &player->timeline->edges[index];
+  hal->wait_until_us(hal->self, player->zero_us + edge->t_us);
+  if (!is_observed(edge->line)) {
+    double at_us = 0;
+    const enum lam_status status = act(player, edge, &at_us);
+    if (status != LAM_OK) {
+      hal->lights_off(hal->self);
+      return status;
+    }
+    record(player, index, at_us);
+  }
+  player->next++;
+  observe(player, player->next);
+  if (player_is_done(player)) give_up_observing(player);
+  return LAM_OK;
+}
+
+// A late arrival spoils every exposure that began before the analyser had settled.
+static bool edge_marks_step(const struct player* player, size_t index, size_t step) {
+  const struct edge* edge = &player->timeline->edges[index];
+  if (!player->played[index].late) return false;
+  if (edge->line != EDGE_ARRIVED || step < edge->step) return edge->step == step;
+  const double still_us = player->played[index].actual_us + player->rig->analyser_settle_us;
+  return step == edge->step || player->plan->times[step].open_us < still_us;
+}
+
+bool player_step_is_marked(const struct player* player, size_t step) {
+  for (size_t i = 0; i < player->timeline->count; i++) {
+    if (edge_marks_step(player, i, step)) return true;
+  }
+  return false;
+}
+
+double player_actual_us(const struct player* player, size_t step, enum edge_line line,
+                        unsigned value) {
+  for (size_t i = 0; i < player->timeline->count; i++) {
+    const struct edge* edge = &player->timeline->edges[i];
+    if (edge->step == step && edge->line == line && edge->value == value) {
+      return player->played[i].actual_us;
+    }
+  }
+  return NAN;
+}

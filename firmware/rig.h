@@ -1,0 +1,49 @@
+// The rig file: every number of one rig, `key = value`, one a line, units in the keys.
+#ifndef LAMELLA_FIRMWARE_RIG_H
+#define LAMELLA_FIRMWARE_RIG_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "status.h"
+
+enum { RIG_MAX_LEDS = 168, RIG_MAX_TEXT_BYTES = 65536 };
+
+struct led_place {
+  uint8_t chip;         // 0 is nearest to the board
+  uint8_t output;       // 0 to 23
+  double direction[3];  // unit, rig frame, from the subject towards the LED
+};
+
+// Times in microseconds, named as in the file (firmware/board/sim.rig says what each means).
+struct rig {
+  double leds_spi_hz, leds_gsclk_hz, leds_light_us, leds_latch_us;
+  double leds_longest_on_us, leds_duty_window_us, leds_highest_duty;
+  double camera_start_delay_us, camera_guard_us, camera_readout_us;
+  double analyser_move_us, analyser_settle_us;
+  double projector_refresh_hz, projector_light_periods, projector_latency_us;
+  double projector_settle_us, projector_commit_lead_us, projector_lamp_settle_us;
+  double player_critical_tolerance_us, player_tolerance_us;
+  double burst_pair_weight;
+  double store_capacity_bytes;
+  bool analyser_parks_crossed;
+  size_t led_count;
+  struct led_place leds[RIG_MAX_LEDS];
+};
+
+struct rig_error {
+  int line;  // from 1; 0 where no line is to blame (a missing key)
+  char text[160];
+};
+
+// Reads a rig file's text. On LAM_BAD_INPUT `error` says which line, which key and what to do.
+enum lam_status rig_parse(const char* text, size_t length, struct rig* rig,
+                          struct rig_error* error);
+
+double rig_pwm_period_us(const struct rig* rig);       // 4096 greyscale clocks
+double rig_refresh_us(const struct rig* rig);          // of the projector
+double rig_projector_light_us(const struct rig* rig);  // whole refresh periods
+double rig_shift_us(const struct rig* rig);            // all bits of the driver chain over SPI
+
+#endif

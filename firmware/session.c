@@ -1,0 +1,213 @@
+#include "session.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define STATE(name) lamella_v1_RigState_##name
+
+void session_init(struct session* session, const struct rig* rig, struct hal* hal,
+                  struct store* store) {
+  memset(session, 0, sizeof *session);
+  session->rig = rig;
+  session->hal = hal;
+  session->store = store;
+  session->state = STATE(IDLE);
+  session->stands_crossed = rig->analyser_parks_crossed;
+}
+
+bool session_may_go(lamella_v1_RigState from, lamella_v1_RigState to) {
+  switch (from) {
+    case STATE(IDLE):
+      return to == STATE(ARMED);
+    case STATE(ARMED):
+      return to == STATE(RUNNING) || to == STATE(IDLE) || to == STATE(FAULT);
+    case STATE(RUNNING):
+      return to == STATE(IDLE) || to == STATE(FAULT);
+    case STATE(FAULT):
+      return to == STATE(IDLE);
+    default:
+      return false;
+  }
+}
+
+static enum lam_status refuse(struct session* session, enum lam_status status, const char* why) {
+  snprintf(session->refusal, sizeof session->refusal, "%s", why);
+  return status;
+}
+
+static enum lam_status go(struct session* session, lamella_v1_RigState to) {
+  if (!session_may_go(session->state, to)) {
+    return refuse(session, LAM_WRONG_STATE, "the rig cannot do this from the state it is in");
+  }
+  session->state = to;
+  return LAM_OK;
+}
+
+static bool fail(struct session* session, const char* why) {
+  session->hal->lights_off(session->hal->self);
+  store_clear(session->store);
+  snprintf(session->fault, sizeof session->fault, "%s", why);
+  session->playing = false;
+  session->has_news = go(session, STATE(FAULT)) == LAM_OK;
+  return true;
+}
+
+enum lam_status session_request_steps(struct session* session, const struct burst_step steps[],
+                                      size_t count, bool discard_held) {
+  if (session->state != STATE(IDLE)) {
+    return refuse(session, LAM_WRONG_STATE,
+                  session->state == STATE(FAULT) ? "the rig is in FAULT: abort clears it"
+                                                 : "a burst is under way");
+  }
+  if (store_held(session->store) > 0 && !discard_held) {
+    return refuse(session, LAM_WRONG_STATE,
+                  "photographs of the last burst are held: acknowledge or discard them");
+  }
+  struct safety_finding finding;
+  burst_order(session->rig, steps, count, session->stands_crossed, &session->plan);
+  timeline_build(session->rig, &session->plan, &session->timeline);
+  if (safety_check(session->rig, &session->timeline, &finding) != LAM_OK) {
+    return refuse(session, LAM_UNSAFE, finding.text);
+  }
+  store_clear(session->store);
+  session->burst_id++;
+  return go(session, STATE(ARMED));
+}
+
+enum lam_status session_request_burst(struct session* session, bool discard_held) {
+  return session_request_steps(session, kBurstSteps, BURST_STEPS, discard_held);
+}
+
+static bool start(struct session* session) {
+  if (player_start(&session->player, session->hal, session->rig, &session->plan,
+                   &session->timeline) != LAM_OK) {
+    return fail(session, session->hal->error);
+  }
+  session->playing = true;
+  session->collected = 0;
+  return go(session, STATE(RUNNING)) == LAM_OK;
+}
+
+static bool play(struct session* session) {
+  const struct edge* edge = &session->timeline.edges[session->player.next];
+  if (player_step(&session->player) != LAM_OK) return fail(session, session->hal->error);
+  if (edge->line == EDGE_ANALYSER) session->stands_crossed = edge->value;
+  session->playing = !player_is_done(&session->player);
+  return true;
+}
+
+// The frame's own message: what it is of, and when it really happened.
+static void describe(const struct session* session, size_t step, unsigned camera,
+                     lamella_v1_Frame* frame) {
+  const struct burst_step* what = &session->plan.steps[step];
+  const struct player* player = &session->player;
+  const double delay_us = session->rig->camera_start_delay_us;
+  const bool leds = burst_step_is_lit_by_leds(what);
+  *frame = (lamella_v1_Frame)lamella_v1_Frame_init_zero;
+  frame->has_step = frame->has_role = frame->has_index = frame->has_analyser = true;
+  frame->step = (uint32_t)step;
+  frame->role = what->role;
+  frame->index = what->index;
+  frame->analyser = what->crossed || camera == 1 ? lamella_v1_Frame_Analyser_CROSS
+                                                 : lamella_v1_Frame_Analyser_PARALLEL;
+  frame->has_camera = true;
+  snprintf(frame->camera, sizeof frame->camera, "%s", camera == 0 ? "left" : "right");
+  frame->trigger_us = player_actual_us(player, step, EDGE_TRIGGER, 1);
+  const double untrigger_us = player_actual_us(player, step, EDGE_TRIGGER, 0);
+  frame->exposure_us = untrigger_us - frame->trigger_us;
+  frame->has_light_on_us = frame->has_light_off_us = true;
+  frame->light_on_us =
+      leds ? player_actual_us(player, step, EDGE_BLANK, 0) : frame->trigger_us + delay_us;
+  frame->light_off_us =
+      leds ? player_actual_us(player, step, EDGE_BLANK, 1) : untrigger_us + delay_us;
+}
+
+static void describe_raw(const lamella_v1_PhotographHeader* header, lamella_v1_Frame* frame) {
+  frame->has_pixel_format = frame->has_black_level_dn = frame->has_gain_per_dn = true;
+  memcpy(frame->pixel_format, header->pixel_format, sizeof frame->pixel_format);
+  frame->black_level_dn = header->black_level_dn;
+  frame->gain_per_dn = header->gain_per_dn;
+  frame->radiance_scale_count = header->radiance_scale_count;
+  memcpy(frame->radiance_scale, header->radiance_scale, sizeof frame->radiance_scale);
+}
+
+static bool collect(struct session* session) {
+  const size_t step = session->collected / 2;
+  const unsigned camera = session->collected % 2;
+  struct hal* hal = session->hal;
+  struct hal_photograph raw;
+  raw.bytes = store_room(session->store, &raw.capacity);
+  if (hal->read_photograph(hal->self, (unsigned)step, camera, &raw) != LAM_OK) {
+    return fail(session, hal->error);
+  }
+  struct photograph photograph = {.frame_id = session->collected,
+                                  .width = raw.header.width,
+                                  .height = raw.header.height,
+                                  .size = raw.header.size_bytes,
+                                  .crc32c = raw.header.crc32c,
+                                  .marked = player_step_is_marked(&session->player, step)};
+  describe(session, step, camera, &photograph.frame);
+  describe_raw(&raw.header, &photograph.frame);
+  if (!store_keep(session->store, &photograph)) {
+    return fail(session, "the store is full: raise store.capacity_bytes in the rig file");
+  }
+  session->collected++;
+  return true;
+}
+
+static void write_verdict(struct session* session) {
+  lamella_v1_BurstDone* done = &session->done;
+  const struct player* player = &session->player;
+  *done = (lamella_v1_BurstDone){.burst_id = session->burst_id,
+                                 .frame_count = session->collected,
+                                 .marked = player->late_count > 0,
+                                 .late_edges = (uint32_t)player->late_count};
+  if (!done->marked) {
+    snprintf(done->verdict, sizeof done->verdict, "%zu steps, %zu edges, none late",
+             session->plan.count, session->timeline.count);
+    return;
+  }
+  const struct edge* edge = &session->timeline.edges[player->first_late];
+  snprintf(done->verdict, sizeof done->verdict,
+           "MARKED: %zu of %zu edges late, the first %s of step %u by %.0f us", player->late_count,
+           session->timeline.count, timeline_line_name(edge->line), edge->step,
+           player->played[player->first_late].actual_us - edge->t_us);
+}
+
+static bool finish(struct session* session) {
+  write_verdict(session);
+  session->has_news = true;
+  return go(session, STATE(IDLE)) == LAM_OK;
+}
+
+bool session_work(struct session* session) {
+  if (session->state == STATE(ARMED)) return start(session);
+  if (session->state != STATE(RUNNING)) return false;
+  if (session->playing) return play(session);
+  if (session->collected < 2 * session->plan.count) return collect(session);
+  return finish(session);
+}
+
+double session_slack_us(const struct session* session) {
+  return session->playing ? player_slack_us(&session->player) : INFINITY;
+}
+
+enum lam_status session_abort(struct session* session) {
+  session->hal->lights_off(session->hal->self);
+  if (session->state == STATE(IDLE)) {
+    return refuse(session, LAM_WRONG_STATE, "there is no burst to abort");
+  }
+  store_clear(session->store);
+  session->playing = false;
+  session->has_news = false;
+  session->fault[0] = '\0';
+  return go(session, STATE(IDLE));
+}
+
+void session_status(const struct session* session, lamella_v1_Status* status) {
+  *status = (lamella_v1_Status){.state = session->state,
+                                .burst_id = session->burst_id,
+                                .frames_held = (uint32_t)store_held(session->store)};
+  snprintf(status->fault, sizeof status->fault, "%s", session->fault);
+}

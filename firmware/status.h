@@ -1,0 +1,14 @@
+// What a call came to, and what happened to the lines. Every caller checks.
+#ifndef LAMELLA_FIRMWARE_STATUS_H
+#define LAMELLA_FIRMWARE_STATUS_H
+
+enum lam_status {
+  LAM_OK = 0,
+  LAM_BAD_INPUT,    // a file or a message is wrong; no line moved
+  LAM_WRONG_STATE,  // not now; no line moved
+  LAM_UNSAFE,       // the plan breaks a rule; no line moved
+  LAM_STORE_FULL,   // no room for a photograph; lights are off
+  LAM_HARDWARE,     // a device did not do as told; lights are off
+};
+
+#endif

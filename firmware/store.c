@@ -1,0 +1,45 @@
+#include "store.h"
+
+#include <string.h>
+
+void store_init(struct store* store, uint8_t* block, size_t capacity) {
+  memset(store, 0, sizeof *store);
+  store->block = block;
+  store->capacity = capacity;
+}
+
+void store_clear(struct store* store) {
+  store->used = 0;
+  store->count = 0;
+}
+
+uint8_t* store_room(struct store* store, size_t* room) {
+  *room = store->count < STORE_MAX_PHOTOGRAPHS ? store->capacity - store->used : 0;
+  return store->block + store->used;
+}
+
+bool store_keep(struct store* store, const struct photograph* photograph) {
+  size_t room = 0;
+  const uint8_t* bytes = store_room(store, &room);
+  if (photograph->size > room) return false;
+  struct photograph* kept = &store->photographs[store->count++];
+  *kept = *photograph;
+  kept->bytes = bytes;
+  kept->acknowledged = false;
+  store->used += photograph->size;
+  return true;
+}
+
+struct photograph* store_find(struct store* store, uint32_t frame_id) {
+  for (size_t i = 0; i < store->count; i++) {
+    struct photograph* photograph = &store->photographs[i];
+    if (photograph->frame_id == frame_id && !photograph->acknowledged) return photograph;
+  }
+  return NULL;
+}
+
+size_t store_held(const struct store* store) {
+  size_t held = 0;
+  for (size_t i = 0; i < store->count; i++) held += !store->photographs[i].acknowledged;
+  return held;
+}
