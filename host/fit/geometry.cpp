@@ -3,68 +3,59 @@
 #include <algorithm>
 
 #include "base/parallel.h"
-#include "fit/fringe_phase.h"
+#include "fit/depth_map.h"
+#include "fit/stereo.h"
 #include "fit/triangulate.h"
 
 namespace lamella::fit {
 
 namespace {
 
-constexpr float kLargestStepMm = 3.f;  // along the ray, to a neighbouring pixel
-constexpr int kLeastNeighbours = 4;    // of eight that agree
+constexpr float kFilledSigmaMm = 3.f;
+constexpr float kDarkShare = 0.02f;  // of the subject's mean light: darker is not looked at
+constexpr float kDarkSigmas = 6.f;   // of read noise
 
 FringeCode fringe_code(const Burst& burst) {
   return {burst.session->patterns.fringe_periods, double(burst.session->projector.width),
           burst.noise};
 }
 
-// Distance along every labelled pixel's ray, and its sigma; NaN where nothing was measured.
-struct Distances {
-  Image1 mm, sigma_mm;
-};
-
-Distances triangulate_columns(const Burst& burst, const ProjectorColumns& columns) {
-  const Session& session = *burst.session;
-  const Vec3d centre = session.left.centre_mm();
-  Distances d{Image1(burst.regions.size(), kNaN), Image1(burst.regions.size(), kNaN)};
-  parallel_for(d.mm.rows, [&](int y) {
-    for (int x = 0; x < d.mm.cols; ++x) {
-      const float u = columns.u_px(y, x);
-      if (std::isnan(u)) continue;
-      const Ray ray{centre, session.left.ray(x, y)};
-      const double mm = distance_to_column(ray, session.projector, u);
-      if (std::isnan(mm)) continue;
-      const Sighting s = sight(session.projector, ray.at(mm), ray.direction);
-      d.mm(y, x) = float(mm);
-      d.sigma_mm(y, x) = columns.sigma_px(y, x) / std::max(1e-6f, std::abs(float(s.px_per_mm[0])));
-    }
+// Where the projector's light is seen at all: hair, ears and neck cast shadows though no region
+// holds them.
+Mask lit_pixels(const Image3& front_lit, float least) {
+  Mask lit(front_lit.size(), 0);
+  parallel_for(lit.rows, [&](int y) {
+    for (int x = 0; x < lit.cols; ++x) lit(y, x) = mean(front_lit(y, x)) > least ? 255 : 0;
   });
-  return d;
+  return lit;
 }
 
-// A wrong turn of the phase leaves a pixel, or a small patch, away from its neighbours.
-void reject_outliers(Distances* d) {
-  const Image1 before = d->mm.clone();
-  parallel_for(before.rows, [&](int y) {
-    for (int x = 0; x < before.cols; ++x) {
-      if (std::isnan(before(y, x))) continue;
-      int agreeing = 0;
-      for (int j = std::max(0, y - 1); j <= std::min(before.rows - 1, y + 1); ++j) {
-        for (int i = std::max(0, x - 1); i <= std::min(before.cols - 1, x + 1); ++i) {
-          agreeing += std::abs(before(j, i) - before(y, x)) < kLargestStepMm;
-        }
-      }
-      if (agreeing <= kLeastNeighbours) d->mm(y, x) = d->sigma_mm(y, x) = kNaN;
+float least_light(const Burst& burst) {
+  double sum = 0, count = 0;
+  for (int y = 0; y < burst.regions.rows; y += 4) {
+    for (int x = 0; x < burst.regions.cols; x += 4) {
+      if (!burst.regions(y, x)) continue;
+      sum += mean(burst.front_lit(y, x));
+      ++count;
     }
-  });
+  }
+  return std::max(kDarkShare * float(sum / std::max(1., count)),
+                  kDarkSigmas * std::sqrt(burst.noise.variance(0)));
+}
+
+DepthMap depth_of(const Burst& burst, const Camera& camera, const std::vector<Image3>& fringe,
+                  const Image3& front_lit) {
+  const Mask lit = lit_pixels(front_lit, least_light(burst));
+  const ProjectorColumns columns = decode_columns(fringe, front_lit, lit, fringe_code(burst));
+  return measure_depth(camera, burst.session->projector, columns);
 }
 
 // Labelled pixels without an answer take the mean of their answered neighbours, ring by ring.
-void fill(const Labels& regions, Distances* d) {
+void fill(const Labels& regions, DepthMap* depth) {
   std::vector<cv::Point> holes;
   for (int y = 0; y < regions.rows; ++y) {
     for (int x = 0; x < regions.cols; ++x) {
-      if (regions(y, x) && std::isnan(d->mm(y, x))) holes.emplace_back(x, y);
+      if (regions(y, x) && std::isnan(depth->distance_mm(y, x))) holes.emplace_back(x, y);
     }
   }
   const cv::Rect inside(0, 0, regions.cols, regions.rows);
@@ -75,39 +66,43 @@ void fill(const Labels& regions, Distances* d) {
     for (const cv::Point& p : holes) {
       float sum = 0;
       int count = 0;
-      for (const cv::Point& step :
-           {cv::Point(1, 0), cv::Point(-1, 0), cv::Point(0, 1), cv::Point(0, -1)}) {
-        if (!inside.contains(p + step) || std::isnan(d->mm(p + step))) continue;
-        sum += d->mm(p + step);
+      for (const cv::Point& q :
+           {p + cv::Point(1, 0), p - cv::Point(1, 0), p + cv::Point(0, 1), p - cv::Point(0, 1)}) {
+        if (!inside.contains(q) || !regions(q) || std::isnan(depth->distance_mm(q))) continue;
+        sum += depth->distance_mm(q);
         ++count;
       }
-      if (count > 0)
+      if (count > 0) {
         found.emplace_back(p, sum / float(count));
-      else
+      } else {
         rest.push_back(p);
+      }
     }
     for (const auto& [p, mm] : found) {
-      d->mm(p) = mm;
-      d->sigma_mm(p) = kLargestStepMm;
+      depth->distance_mm(p) = mm;
+      depth->sigma_mm(p) = kFilledSigmaMm;
     }
     holes.swap(rest);
   }
 }
 
-Geometry geometry_at(const Burst& burst, const Distances& distances) {
+Geometry geometry_at(const Burst& burst, const DepthMap& depth) {
   const Session& session = *burst.session;
   const cv::Size size = burst.regions.size();
   const Vec3 nowhere(kNaN, kNaN, kNaN);
   const Vec3d centre = session.left.centre_mm(), projector = session.projector.centre_mm();
-  Geometry g{Image3(size, nowhere), distances.sigma_mm,    Image2(size, Vec2(kNaN, kNaN)),
-             Image3(size, nowhere), Image3(size, nowhere), Image1(size, kNaN)};
+  Geometry g{Image3(size, nowhere), depth.sigma_mm,        Image2(size, Vec2(kNaN, kNaN)),
+             Image3(size, nowhere), Image3(size, nowhere), Image1(size, kNaN),
+             Image3(size, nowhere)};
   parallel_for(size.height, [&](int y) {
     for (int x = 0; x < size.width; ++x) {
-      if (!burst.regions(y, x)) continue;
+      if (!burst.regions(y, x) && std::isnan(depth.distance_mm(y, x))) continue;
       const Ray ray{centre, session.left.ray(x, y)};
+      const Vec3d position = ray.at(depth.distance_mm(y, x));
+      g.scene_mm(y, x) = Vec3(position);
+      if (!burst.regions(y, x)) continue;
       g.to_camera(y, x) = Vec3(-ray.direction);
-      if (std::isnan(distances.mm(y, x))) continue;
-      const Vec3d position = ray.at(distances.mm(y, x));
+      if (std::isnan(depth.distance_mm(y, x))) continue;
       g.position_mm(y, x) = Vec3(position);
       g.projector_px(y, x) = Vec2(session.projector.project(position));
       g.to_projector(y, x) = unit(Vec3(projector - position));
@@ -120,13 +115,15 @@ Geometry geometry_at(const Burst& burst, const Distances& distances) {
 }  // namespace
 
 Geometry reconstruct_geometry(const Burst& burst) {
-  const Mask wanted = burst.regions > 0;
-  const ProjectorColumns left =
-      decode_columns(burst.fringe, burst.front_lit, wanted, fringe_code(burst));
-  Distances distances = triangulate_columns(burst, left);
-  reject_outliers(&distances);
-  fill(burst.regions, &distances);
-  return geometry_at(burst, distances);
+  const Session& session = *burst.session;
+  DepthMap depth = depth_of(burst, session.left, burst.fringe, burst.front_lit);
+  if (!burst.right_fringe.empty()) {
+    const DepthMap right =
+        depth_of(burst, *session.right, burst.right_fringe, burst.right_front_lit);
+    refine_with_right(session.left, *session.right, session.projector, right, &depth);
+  }
+  fill(burst.regions, &depth);
+  return geometry_at(burst, depth);
 }
 
 }  // namespace lamella::fit

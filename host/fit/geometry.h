@@ -13,6 +13,8 @@ struct Geometry {
   Image3 to_camera;             // v, unit
   Image3 to_projector;          // l, unit
   Image1 projector_irradiance;  // radiance of white facing the projector there; 1 at the origin
+  Image3 scene_mm;  // position of every pixel that was measured, in a region or not: what
+                    // casts shadows
 };
 
 Geometry reconstruct_geometry(const Burst& burst);

@@ -111,8 +111,7 @@ Normals estimate_normals(const Burst& burst, Geometry* geometry) {
       smooth_along_surface(diffuse_moments(burst), distance_mm, kDiffuseSigmaPx, px_mm);
   DiffuseField field{moments, distance_mm, nullptr, nullptr, px_mm};
   invert_pixels(burst, geometry->position_mm, field, &n.diffuse);
-  const Surroundings around =
-      look_around(geometry->position_mm, n.diffuse[1], burst.session->stage);
+  const Surroundings around = look_around(geometry->scene_mm, n.diffuse[1], burst.session->stage);
   std::vector<OcclusionAtNode> occlusion;
   field.around = &around;
   field.occlusion = &occlusion;

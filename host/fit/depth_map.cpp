@@ -1,0 +1,98 @@
+#include "fit/depth_map.h"
+
+#include <algorithm>
+
+#include "base/parallel.h"
+#include "fit/smooth.h"
+#include "fit/triangulate.h"
+
+namespace lamella::fit {
+
+namespace {
+
+constexpr int kLeastNeighbours = 5;  // of eight that agree
+constexpr int kLeastIslandPx = 200;
+constexpr float kSmoothSigmaPx = 1.5f;
+
+DepthMap triangulate(const Camera& camera, const Camera& projector,
+                     const ProjectorColumns& columns) {
+  const Vec3d centre = camera.centre_mm();
+  const cv::Size size = columns.u_px.size();
+  DepthMap depth{Image1(size, kNaN), Image1(size, kNaN), columns.u_px.clone(),
+                 float(cv::norm(centre) / camera.fx)};
+  parallel_for(size.height, [&](int y) {
+    for (int x = 0; x < size.width; ++x) {
+      const float u = columns.u_px(y, x);
+      if (std::isnan(u)) continue;
+      const Ray ray{centre, camera.ray(x, y)};
+      const double mm = distance_to_column(ray, projector, u);
+      if (std::isnan(mm)) {
+        depth.forget(y, x);
+        continue;
+      }
+      const Sighting s = sight(projector, ray.at(mm), ray.direction);
+      const float slope = std::max(1e-6f, std::abs(float(s.px_per_mm[0])));
+      depth.distance_mm(y, x) = float(mm);
+      depth.sigma_mm(y, x) = columns.sigma_px(y, x) / slope;
+    }
+  });
+  return depth;
+}
+
+void drop_loners(DepthMap* depth) {
+  const Image1 before = depth->distance_mm.clone();
+  parallel_for(before.rows, [&](int y) {
+    for (int x = 0; x < before.cols; ++x) {
+      if (std::isnan(before(y, x))) continue;
+      int agreeing = -1;  // the pixel agrees with itself
+      for (int j = std::max(0, y - 1); j <= std::min(before.rows - 1, y + 1); ++j) {
+        for (int i = std::max(0, x - 1); i <= std::min(before.cols - 1, x + 1); ++i) {
+          const float limit = silhouette_step_mm(2, depth->px_mm);
+          agreeing += std::abs(before(j, i) - before(y, x)) < limit;
+        }
+      }
+      if (agreeing < kLeastNeighbours) depth->forget(y, x);
+    }
+  });
+}
+
+}  // namespace
+
+void drop_islands(DepthMap* depth, int least_px) {
+  const Image1& mm = depth->distance_mm;
+  const cv::Rect inside(0, 0, mm.cols, mm.rows);
+  const float limit = silhouette_step_mm(1, depth->px_mm);
+  Mask seen(mm.size(), 0);
+  std::vector<cv::Point> island;
+  for (int y = 0; y < mm.rows; ++y) {
+    for (int x = 0; x < mm.cols; ++x) {
+      if (seen(y, x) || std::isnan(mm(y, x))) continue;
+      island.assign(1, cv::Point(x, y));
+      seen(y, x) = 255;
+      for (size_t k = 0; k < island.size(); ++k) {
+        const cv::Point p = island[k];
+        for (const cv::Point& q :
+             {p + cv::Point(1, 0), p - cv::Point(1, 0), p + cv::Point(0, 1), p - cv::Point(0, 1)}) {
+          if (!inside.contains(q) || seen(q) || !(std::abs(mm(q) - mm(p)) < limit)) continue;
+          seen(q) = 255;
+          island.push_back(q);
+        }
+      }
+      if (int(island.size()) >= least_px) continue;
+      for (const cv::Point& p : island) depth->forget(p.y, p.x);
+    }
+  }
+}
+
+DepthMap measure_depth(const Camera& camera, const Camera& projector,
+                       const ProjectorColumns& columns) {
+  DepthMap depth = triangulate(camera, projector, columns);
+  drop_loners(&depth);
+  drop_islands(&depth, kLeastIslandPx);
+  const Image1 edges = depth.distance_mm.clone();
+  depth.u_px = smooth_along_surface(depth.u_px, edges, kSmoothSigmaPx, depth.px_mm);
+  depth.distance_mm = smooth_along_surface(edges, edges, kSmoothSigmaPx, depth.px_mm);
+  return depth;
+}
+
+}  // namespace lamella::fit

@@ -1,0 +1,26 @@
+// What one camera and the projector measure together: a distance along every pixel's ray.
+#pragma once
+
+#include "base/camera.h"
+#include "fit/fringe_phase.h"
+
+namespace lamella::fit {
+
+struct DepthMap {
+  Image1 distance_mm;  // along the ray; NaN where nothing was measured
+  Image1 sigma_mm;     // one sigma, from the camera's noise
+  Image1 u_px;         // projector column
+  float px_mm = 1;     // size of a pixel on the face
+
+  void forget(int y, int x) { distance_mm(y, x) = sigma_mm(y, x) = u_px(y, x) = kNaN; }
+};
+
+// Ray and sheet of light, pixel by pixel, then without what cannot be surface (a wrong turn of the
+// phase leaves a pixel or a patch away from its neighbours), then averaged along the surface.
+DepthMap measure_depth(const Camera& camera, const Camera& projector,
+                       const ProjectorColumns& columns);
+
+// The pieces that are connected without a silhouette and have less than `least_px` pixels go.
+void drop_islands(DepthMap* depth, int least_px);
+
+}  // namespace lamella::fit

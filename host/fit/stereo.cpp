@@ -1,0 +1,91 @@
+#include "fit/stereo.h"
+
+#include <algorithm>
+
+#include "base/parallel.h"
+#include "fit/smooth.h"
+#include "fit/triangulate.h"
+
+namespace lamella::fit {
+
+namespace {
+
+constexpr int kRounds = 3;
+constexpr double kSeenThroughMm = 3;   // what the right camera sees behind a point denies it
+constexpr double kDisagreementMm = 1;  // beyond the noise, between the pair and the projector
+constexpr double kPhaseBiasPx = 0.06;  // of the projector's column on curved, scattering skin
+
+// Column and distance in the right image between pixels; NaN at silhouettes and holes.
+struct Sample {
+  double u_px = std::nan(""), distance_mm = std::nan(""), sigma_mm = 0;
+};
+
+Sample sample(const DepthMap& map, const cv::Vec2d& at) {
+  const int x = int(std::floor(at[0])), y = int(std::floor(at[1]));
+  if (!(at[0] >= 0 && at[1] >= 0) || x + 1 >= map.u_px.cols || y + 1 >= map.u_px.rows) return {};
+  const double fx = at[0] - x, fy = at[1] - y;
+  const auto mix = [&](const Image1& m) {
+    return (m(y, x) * (1 - fx) + m(y, x + 1) * fx) * (1 - fy) +
+           (m(y + 1, x) * (1 - fx) + m(y + 1, x + 1) * fx) * fy;
+  };
+  const Image1& d = map.distance_mm;
+  const auto [low, high] = std::minmax({d(y, x), d(y, x + 1), d(y + 1, x), d(y + 1, x + 1)});
+  if (!(high - low < silhouette_step_mm(2, map.px_mm))) return {};
+  return {mix(map.u_px), mix(d), map.sigma_mm(y, x)};
+}
+
+struct Match {
+  enum { kNone, kDenied, kFound } verdict = kNone;
+  double distance_mm = 0;
+  double u_px_per_mm = 0;  // how fast the columns drift apart along the left ray
+};
+
+Match match(const Ray& ray, double start_mm, double u_px, const Camera& camera,
+            const DepthMap& right) {
+  const Vec3d centre = camera.centre_mm();
+  Match m;
+  m.distance_mm = start_mm;
+  for (int round = 0; round < kRounds; ++round) {
+    const Vec3d point = ray.at(m.distance_mm);
+    const Sighting s = sight(camera, point, ray.direction);
+    const Sample here = sample(right, s.pixel);
+    const double behind_mm = here.distance_mm - cv::norm(point - centre);
+    if (round == 0 && behind_mm > kSeenThroughMm) m.verdict = Match::kDenied;
+    if (!(std::abs(behind_mm) < kSeenThroughMm)) return m;
+    const cv::Vec2d step = s.px_per_mm * (1 / cv::norm(s.px_per_mm));
+    const double slope = (sample(right, s.pixel + step).u_px - sample(right, s.pixel - step).u_px) *
+                         0.5 * cv::norm(s.px_per_mm);
+    if (!(std::abs(slope) > 0.1)) return m;
+    m.u_px_per_mm = slope;
+    m.distance_mm -= (here.u_px - u_px) / slope;
+  }
+  m.verdict = std::isnan(m.distance_mm) ? Match::kNone : Match::kFound;
+  return m;
+}
+
+}  // namespace
+
+void refine_with_right(const Camera& left_camera, const Camera& right_camera,
+                       const Camera& projector, const DepthMap& right, DepthMap* left) {
+  const Vec3d centre = left_camera.centre_mm();
+  parallel_for(left->distance_mm.rows, [&](int y) {
+    for (int x = 0; x < left->distance_mm.cols; ++x) {
+      float& mm = left->distance_mm(y, x);
+      if (std::isnan(mm)) continue;
+      const Ray ray{centre, left_camera.ray(x, y)};
+      const Match m = match(ray, mm, left->u_px(y, x), right_camera, right);
+      if (m.verdict == Match::kDenied) left->forget(y, x);
+      if (m.verdict != Match::kFound) continue;
+      const double per_mm = std::abs(sight(projector, ray.at(mm), ray.direction).px_per_mm[0]);
+      const double sigma_u_px = left->sigma_mm(y, x) * per_mm;
+      const double alone = cv::norm(cv::Vec2d(left->sigma_mm(y, x), kPhaseBiasPx / per_mm));
+      const double pair = std::sqrt(2.) * sigma_u_px / std::abs(m.u_px_per_mm);
+      if (std::abs(m.distance_mm - mm) > kDisagreementMm + 3 * (alone + pair)) continue;
+      const double w = alone * alone / (alone * alone + pair * pair);
+      mm += float(w * (m.distance_mm - mm));
+      left->sigma_mm(y, x) = float(std::sqrt(1 / (1 / (alone * alone) + 1 / (pair * pair))));
+    }
+  });
+}
+
+}  // namespace lamella::fit
