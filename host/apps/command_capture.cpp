@@ -1,10 +1,176 @@
+// lamella capture: a burst taken by a rig, real or simulated, as a session on this disk.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <optional>
+
 #include "apps/commands.h"
+#include "apps/process_rig.h"
 #include "base/error.h"
+#include "base/progress.h"
+#include "calib/receive.h"
+#include "io/json.h"
+#include "io/layer_maps.h"
+#include "io/whole_file.h"
 
 namespace lamella::apps {
 
-void add_capture(CLI::App& app, int*) {
-  app.add_subcommand("capture")->callback([] { throw_bad_input("capture", "not in this build"); });
+namespace {
+
+constexpr double kSimulatedMargin_s = 900;  // the twin computes every photograph while we wait
+
+struct Options {
+  std::string rig = "sim";
+  fs::path out;
+  SimulatedRigOptions simulated;
+  bool held = false;
+  bool discard_held = false;
+  bool json = false;
+};
+
+struct Summary {
+  double planned_s = 0;
+  double actual_s = 0;
+  double largest_edge_error_us = 0;
+  double megabytes = 0;
+  double megabytes_per_s = 0;
+};
+
+Summary summarise(const Burst& burst, const Reception& reception) {
+  Summary s;
+  s.planned_s = burst.planned_us * 1e-6;
+  double first_us = 0, last_us = 0;
+  for (const v1::TimedEdge& edge : reception.timing.edges()) {
+    first_us = std::min(first_us, edge.actual_us());
+    last_us = std::max(last_us, edge.actual_us());
+  }
+  s.actual_s = (last_us - first_us) * 1e-6;
+  s.largest_edge_error_us = largest_edge_error_us(reception.timing);
+  s.megabytes = double(reception.raw_bytes) * 1e-6;
+  s.megabytes_per_s = s.megabytes / std::max(reception.transfer_s, 1e-9);
+  return s;
+}
+
+void print_json(const Options& options, const Burst& burst, const Reception& reception) {
+  const Summary s = summarise(burst, reception);
+  const nlohmann::ordered_json report = {{"session", options.out.string()},
+                                         {"frames", reception.offers.size()},
+                                         {"raw_bytes", reception.raw_bytes},
+                                         {"burst_planned_s", s.planned_s},
+                                         {"burst_actual_s", s.actual_s},
+                                         {"edges", reception.timing.edges_size()},
+                                         {"largest_edge_error_us", s.largest_edge_error_us},
+                                         {"late_edges", burst.late_edges},
+                                         {"marked", reception.marked},
+                                         {"verdict", burst.verdict},
+                                         {"transfer_s", reception.transfer_s},
+                                         {"megabytes_per_s", s.megabytes_per_s}};
+  fmt::print("{}\n", report.dump(2));
+}
+
+void print_table(const Options& options, const Burst& burst, const Reception& reception) {
+  const Summary s = summarise(burst, reception);
+  fmt::print("captured {}\n", options.out.string());
+  fmt::print("  photographs  {}, {:.1f} MB raw\n", reception.offers.size(), s.megabytes);
+  fmt::print("  burst        {:.3f} s planned, {:.3f} s played\n", s.planned_s, s.actual_s);
+  fmt::print("  edges        {}, largest error {:.1f} us, {} late\n", reception.timing.edges_size(),
+             s.largest_edge_error_us, burst.late_edges);
+  fmt::print("  received and developed in {:.2f} s, {:.0f} MB/s\n", reception.transfer_s,
+             s.megabytes_per_s);
+  for (const std::string& frame : reception.marked) fmt::print("  to be retaken: {}\n", frame);
+  if (!burst.verdict.empty()) fmt::print("  verdict      {}\n", burst.verdict);
+}
+
+// What the twin knows becomes the session's regions.png; the maps already lie in truth/.
+void add_regions_of_truth(const fs::path& folder, v1::Session* manifest) {
+  const fs::path labels = folder / "truth" / "regions.png";
+  if (!fs::exists(labels)) return;
+  if (!manifest->has_regions()) {
+    manifest->mutable_regions()->set_file("regions.png");
+    manifest->mutable_regions()->add_names("background");
+    const v1::Layers layers = read_layers(folder / "truth" / "layers.json");
+    for (const v1::Region& region : layers.regions()) {
+      manifest->mutable_regions()->add_names(region.name());
+    }
+    write_json(folder / "session.json", *manifest);
+  }
+  fs::copy_file(labels, folder / manifest->regions().file());
+}
+
+LinkOptions link_options(const Options& options) {
+  LinkOptions link;
+  link.interrupted = interrupted;
+  if (options.rig == "sim") link.burst_margin_s = kSimulatedMargin_s;
+  return link;
+}
+
+// Everything between a rig that answers and a session in its place.
+int capture_from(const std::string& address, const Options& options, WholeFolder* folder) {
+  LinkClient rig(address, link_options(options));
+  const Burst burst = options.held ? rig.held_burst()
+                                   : rig.run_burst(options.simulated.subject, options.discard_held);
+  Reception reception;
+  {
+    Progress progress("photographs", int(burst.frame_count));
+    reception = receive_session(&rig, burst, folder->path(), [&](int n) { progress.advance(n); });
+  }
+  add_regions_of_truth(folder->path(), &reception.manifest);
+  folder->commit();
+  sync_to_disk(options.out);
+  acknowledge_all(&rig, reception);
+  if (options.json) {
+    print_json(options, burst, reception);
+  } else {
+    print_table(options, burst, reception);
+  }
+  return burst.marked || !reception.marked.empty() ? 1 : 0;
+}
+
+int capture_simulated(Options options, WholeFolder* folder) {
+  options.simulated.truth = fs::absolute(folder->path() / "truth");
+  SimulatedRig rig(options.simulated);
+  try {
+    return capture_from(rig.address(), options, folder);
+  } catch (const Error& e) {
+    const std::string words = rig.last_words();
+    if (words.empty() || e.fault() != Fault::kRig || interrupted()) throw;
+    throw Error(Fault::kRig, "", std::string(e.what()) + " (" + words + ")");
+  }
+}
+
+int capture(const Options& options) {
+  const size_t colon = options.rig.rfind(':');
+  if (options.rig != "sim" && (colon == std::string::npos || colon + 1 == options.rig.size())) {
+    throw_bad_input("--rig", "\"" + options.rig + "\"", "give sim, or the rig's HOST:PORT");
+  }
+  catch_interrupts();
+  WholeFolder folder(options.out, "session.json");
+  if (options.rig == "sim") return capture_simulated(options, &folder);
+  return capture_from(options.rig, options, &folder);
+}
+
+}  // namespace
+
+void add_capture(CLI::App& app, int* exit_code) {
+  CLI::App* command = app.add_subcommand("capture", "Run a burst on a rig and receive it");
+  auto options = std::make_shared<Options>();
+  SimulatedRigOptions* simulated = &options->simulated;
+  command->add_option("--rig", options->rig, "sim, or HOST:PORT of a rig")->capture_default_str();
+  command->add_option("--out", options->out, "Folder of the new session")->required();
+  command->add_option("--subject", simulated->subject, "Name; for sim: head or sphere")
+      ->capture_default_str();
+  command->add_option("--seed", simulated->seed, "Of the simulated noise and skin");
+  command->add_option("--scale", simulated->scale, "Of the simulated photographs' size")
+      ->check(CLI::Range(0.02, 4.0));
+  command->add_option("--clock", simulated->clock, "Of the simulated rig")
+      ->check(CLI::IsMember({"virtual", "real"}));
+  command->add_option("--rig-file", simulated->rig_file, "Wiring and timing of the simulated rig");
+  command->add_flag("--held", options->held, "Fetch what the rig still holds; no new burst");
+  command->add_flag("--discard-held", options->discard_held,
+                    "Give up photographs of an earlier burst that the rig still holds");
+  command->add_flag("--json", options->json, "Report as JSON");
+  command->callback([options, exit_code] { *exit_code = capture(*options); });
 }
 
 }  // namespace lamella::apps

@@ -63,8 +63,13 @@ Break LinkClient::greet() {
   v1::Request request;
   request.mutable_hello()->set_protocol_version(kProtocolVersion);
   request.mutable_hello()->set_host_name("lamella");
+  request.set_request_id(++request_id_);
+  if (Break broken = socket_.send(request, deadline_in(options_.reply_s))) return broken;
   v1::Reply reply;
-  if (Break broken = ask(&request, &reply)) return broken;
+  if (Break broken = socket_.receive(&reply, deadline_in(options_.reply_s))) return broken;
+  // The rig may not have noticed yet that our last connection is gone.
+  if (reply.refusal().code() == v1::Refusal::WRONG_STATE) return "busy with another host";
+  throw_refusal(reply);
   if (!reply.has_welcome()) return "did not answer the greeting";
   welcome_ = reply.welcome();
   if (welcome_.protocol_version() != kProtocolVersion) {
@@ -80,19 +85,25 @@ Break LinkClient::next_reply(double seconds, v1::Reply* reply) {
   while (true) {
     if (Break broken = socket_.receive(reply, deadline_in(seconds))) return broken;
     if (reply->request_id() != request_id_ && reply->request_id() != 0) continue;
-    if (reply->has_refusal()) {
-      fail("refused (" + v1::Refusal::Code_Name(reply->refusal().code()) +
-               "): " + reply->refusal().reason(),
-           "see lamella-rigd's log");
-    }
+    throw_refusal(*reply);
     return {};
   }
 }
 
-// The first reply that is not an event.
+void LinkClient::throw_refusal(const v1::Reply& reply) const {
+  if (!reply.has_refusal()) return;
+  const v1::Refusal& refusal = reply.refusal();
+  fail("refused (" + v1::Refusal::Code_Name(refusal.code()) + "): " + refusal.reason());
+}
+
 Break LinkClient::ask(v1::Request* request, v1::Reply* reply) {
   request->set_request_id(++request_id_);
   if (Break broken = socket_.send(*request, deadline_in(options_.reply_s))) return broken;
+  return next_answer(reply);
+}
+
+// The next reply that is not an event.
+Break LinkClient::next_answer(v1::Reply* reply) {
   do {
     if (Break broken = next_reply(options_.reply_s, reply)) return broken;
   } while (reply->request_id() == 0);
@@ -130,9 +141,10 @@ v1::Status LinkClient::status() {
   return reply.status();
 }
 
-Burst LinkClient::run_burst(const std::string& subject) {
+Burst LinkClient::run_burst(const std::string& subject, bool discard_held) {
   v1::Request request;
   request.mutable_burst()->set_subject(subject);
+  request.mutable_burst()->set_discard_held(discard_held);
   v1::Reply reply;
   const Break broken = ask(&request, &reply);
   if (broken) fail("link cut while starting the burst (" + *broken + ")", kCheckLink);
@@ -153,11 +165,17 @@ Break LinkClient::await_done(Burst* burst) {
   v1::Reply reply;
   do {
     if (Break broken = next_reply(longest_s, &reply)) return broken;
+    fail_on_fault(reply.status());
   } while (!reply.has_done() || reply.done().burst_id() != burst->id);
   burst->frame_count = reply.done().frame_count();
   burst->marked = reply.done().marked();
+  burst->late_edges = reply.done().late_edges();
   burst->verdict = reply.done().verdict();
   return {};
+}
+
+void LinkClient::fail_on_fault(const v1::Status& status) const {
+  if (status.state() == v1::FAULT) fail("fault during the burst: " + status.fault());
 }
 
 // The connection broke during the burst, which goes on without us: ask until the rig is done.
@@ -167,12 +185,21 @@ void LinkClient::await_idle(Burst* burst) {
     socket_.close();
     const v1::Status now = status();
     if (now.burst_id() != burst->id) fail("lost burst " + number(burst->id));
-    if (now.state() == v1::FAULT) fail("fault during the burst: " + now.fault());
+    fail_on_fault(now);
     burst->frame_count = now.frames_held();
     if (now.state() == v1::IDLE) return;
     if (std::chrono::steady_clock::now() > end) fail("the burst does not end", kCheckLink);
     pause(kPollStatus_s);
   }
+}
+
+Burst LinkClient::held_burst() {
+  const v1::Status now = status();
+  if (now.frames_held() == 0) fail("holds no photographs", "run a burst");
+  Burst burst;
+  burst.id = now.burst_id();
+  burst.frame_count = now.frames_held();
+  return burst;
 }
 
 std::vector<v1::FrameOffer> LinkClient::offers(const Burst& burst) {
@@ -186,19 +213,18 @@ std::vector<v1::FrameOffer> LinkClient::offers(const Burst& burst) {
 }
 
 Break LinkClient::list_offers(const Burst& burst, std::vector<v1::FrameOffer>* offers) {
-  if (burst.frame_count > kMaxFrames) fail("offers " + number(burst.frame_count) + " photographs");
   offers->clear();
-  if (burst.frame_count == 0) return {};
   v1::Request request;
   request.mutable_frames()->set_burst_id(burst.id);
   v1::Reply reply;
   if (Break broken = ask(&request, &reply)) return broken;
-  while (true) {
-    if (reply.has_frame() && reply.request_id() == request_id_) offers->push_back(reply.frame());
-    const bool ended = !reply.has_frame() && reply.request_id() == request_id_;
-    if (ended || offers->size() == burst.frame_count) return {};
-    if (Break broken = next_reply(options_.reply_s, &reply)) return broken;
+  while (!reply.has_done()) {
+    if (!reply.has_frame()) return "something else came instead of an offer";
+    if (offers->size() == kMaxFrames) fail("offers over " + number(kMaxFrames) + " photographs");
+    offers->push_back(reply.frame());
+    if (Break broken = next_answer(&reply)) return broken;
   }
+  return {};
 }
 
 std::string LinkClient::calibration() {
@@ -247,9 +273,7 @@ Break LinkClient::continue_blob(Blob* blob) {
 // A chunk that is not exactly the next one is as good as a broken connection.
 Break LinkClient::next_chunk(Blob* blob, uint32_t sequence) {
   v1::Reply reply;
-  do {
-    if (Break broken = next_reply(options_.reply_s, &reply)) return broken;
-  } while (reply.request_id() == 0);
+  if (Break broken = next_answer(&reply)) return broken;
   if (!reply.has_chunk()) return "something else came instead of a chunk";
   const v1::Chunk& chunk = reply.chunk();
   if (blob->total == 0) blob->total = chunk.total_bytes();

@@ -30,6 +30,7 @@ struct Burst {
   double planned_us = 0;
   uint32_t frame_count = 0;
   bool marked = false;  // an edge came later than its tolerance
+  uint32_t late_edges = 0;
   std::string verdict;
 };
 
@@ -46,7 +47,11 @@ class LinkClient {
   std::string calibration();
 
   // Runs a burst and waits for its end. Never asked for twice: light on a face is not retried.
-  Burst run_burst(const std::string& subject);
+  // A rig that still holds photographs refuses, unless they may be discarded.
+  Burst run_burst(const std::string& subject, bool discard_held = false);
+
+  // The burst whose photographs the rig still holds, as far as it is known.
+  Burst held_burst();
 
   // Every photograph of the burst that is still on the rig, in the rig's order.
   std::vector<v1::FrameOffer> offers(const Burst& burst);
@@ -76,6 +81,9 @@ class LinkClient {
   Break connect();
   Break greet();
   Break next_reply(double seconds, v1::Reply* reply);
+  Break next_answer(v1::Reply* reply);
+  void throw_refusal(const v1::Reply& reply) const;
+  void fail_on_fault(const v1::Status& status) const;
   Break ask(v1::Request* request, v1::Reply* reply);
   v1::Reply asked(const std::string& what, v1::Request request);
   Break await_done(Burst* burst);

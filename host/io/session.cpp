@@ -103,6 +103,14 @@ Frame frame_from_message(const v1::Frame& m, const std::string& at) {
   return f;
 }
 
+// The right camera's analyser does not move: of a parallel and a crossed step it takes the same
+// photograph twice. AMBIENT and VALIDATION may come in any number.
+bool is_duplicate(const Session& s, const Frame& frame) {
+  if (frame.role == Role::kValidation || frame.role == Role::kAmbient) return false;
+  const Frame* other = s.find(frame.camera, frame.role, frame.index, frame.analyser);
+  return other && (frame.camera == "left" || other->step == frame.step);
+}
+
 void read_frames(const v1::Session& m, Session* s) {
   for (int i = 0; i < m.frames_size(); ++i) {
     const std::string at = field(*s, "frames[" + std::to_string(i) + "]");
@@ -116,9 +124,9 @@ void read_frames(const v1::Session& m, Session* s) {
     if (!fs::exists(s->path / file)) {
       throw_bad_input(at + ".file", "no such file: " + (s->path / file).string());
     }
-    const bool twice = frame.role != Role::kValidation && frame.role != Role::kAmbient &&
-                       s->find(frame.camera, frame.role, frame.index, frame.analyser);
-    if (twice) throw_bad_input(at + ".role", "a second frame of the same role and index");
+    if (is_duplicate(*s, frame)) {
+      throw_bad_input(at + ".role", "a second frame of the same camera, role, index and analyser");
+    }
     s->frames.push_back(std::move(frame));
   }
 }
@@ -187,8 +195,8 @@ Session read_session(const fs::path& path) {
 }
 
 void require_burst(const Session& s) {
-  for (Role role : {Role::kGradientFull, Role::kGradientX, Role::kGradientY, Role::kGradientZ,
-                    Role::kFront}) {
+  for (Role role :
+       {Role::kGradientFull, Role::kGradientX, Role::kGradientY, Role::kGradientZ, Role::kFront}) {
     require(s, role, 0, Analyser::kParallel);
     require(s, role, 0, Analyser::kCross);
   }
@@ -233,7 +241,8 @@ Labels read_regions(const Session& session) {
   const fs::path file = session.path / session.regions_file;
   cv::Mat image;
   if (fs::exists(file)) image = cv::imread(file.string(), cv::IMREAD_UNCHANGED);
-  if (image.empty()) throw_bad_input(field(session, "regions.file"), "cannot read " + file.string());
+  if (image.empty())
+    throw_bad_input(field(session, "regions.file"), "cannot read " + file.string());
   if (image.type() != CV_8UC1) throw_bad_input(file.string(), "not an 8-bit grey label image");
   if (image.cols != session.left.width || image.rows != session.left.height) {
     throw_bad_input(file.string(), "size disagrees with the left camera");

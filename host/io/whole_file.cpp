@@ -1,5 +1,6 @@
 #include "io/whole_file.h"
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -12,29 +13,66 @@ namespace lamella {
 
 namespace {
 
+fs::path without_slash(const fs::path& path) {
+  return path.has_filename() ? path : path.parent_path();
+}
+
 fs::path beside(const fs::path& path) {
   static std::atomic<int> count{0};
-  fs::path clean = path;
-  if (!clean.has_filename()) clean = clean.parent_path();
-  const std::string name = "." + clean.filename().string() + ".part-" + std::to_string(getpid()) +
-                           "-" + std::to_string(count++);
+  const fs::path clean = without_slash(path);
+  std::string name = ".";
+  name += clean.filename().string() + ".part-" + std::to_string(getpid()) + "-" +
+          std::to_string(count++);
   return clean.parent_path() / name;
+}
+
+// Makes `folder` and those above it; returns the outermost that was not there, or nothing.
+fs::path make_folders(const fs::path& folder) {
+  fs::path first;
+  for (fs::path p = folder; !p.empty() && !fs::exists(p); p = p.parent_path()) {
+    first = p;
+    if (p == p.parent_path()) break;
+  }
+  fs::create_directories(folder);
+  return first;
+}
+
+// Removes `folder` and those above it, up to `first`, as long as they are empty.
+void remove_folders(fs::path folder, const fs::path& first) {
+  if (first.empty()) return;
+  std::error_code failed;
+  while (fs::remove(folder, failed) && folder != first) folder = folder.parent_path();
+}
+
+[[noreturn]] void cannot_write(const fs::path& path, const std::string& why) {
+  throw_bad_input(path.string(), "cannot be written (" + why + ")",
+                  "check the folder and the space on its disk");
+}
+
+// A folder may only be replaced by one of its own kind.
+void require_replaceable(const fs::path& place, const std::string& marker) {
+  if (!fs::exists(place)) return;
+  if (!fs::is_directory(place)) throw_bad_input(place.string(), "exists and is not a folder");
+  if (marker.empty() || fs::is_empty(place) || fs::exists(place / marker)) return;
+  throw_bad_input(place.string(), "exists and holds no " + marker + ", so it is not replaced",
+                  "choose another place");
 }
 
 }  // namespace
 
 void write_whole_file(const fs::path& path, const std::function<void(const fs::path&)>& write) {
   const fs::path temporary = beside(path);
+  fs::path first_made;
   try {
-    if (path.has_parent_path()) fs::create_directories(path.parent_path());
+    first_made = make_folders(path.parent_path());
     write(temporary);
     fs::rename(temporary, path);
   } catch (const std::exception& e) {
     std::error_code ignored;
     fs::remove(temporary, ignored);
+    remove_folders(path.parent_path(), first_made);
     if (dynamic_cast<const Error*>(&e)) throw;
-    throw_bad_input(path.string(), std::string("cannot be written (") + e.what() + ")",
-                    "check the folder and the space on its disk");
+    cannot_write(path, e.what());
   }
 }
 
@@ -47,14 +85,15 @@ void write_whole_text(const fs::path& path, const std::string& text) {
   });
 }
 
-WholeFolder::WholeFolder(fs::path place) : place_(std::move(place)) {
-  if (!place_.has_filename()) place_ = place_.parent_path();
-  temporary_ = beside(place_);
-  std::error_code failed;
-  fs::create_directories(temporary_, failed);
-  if (failed) {
-    throw_bad_input(place_.string(), "cannot be created (" + failed.message() + ")",
-                    "check the folder above it");
+WholeFolder::WholeFolder(fs::path place, const std::string& marker)
+    : place_(without_slash(place)), temporary_(beside(place_)) {
+  require_replaceable(place_, marker);
+  try {
+    first_made_ = make_folders(place_.parent_path());
+    fs::create_directory(temporary_);
+  } catch (const std::exception& e) {
+    remove_folders(place_.parent_path(), first_made_);
+    cannot_write(place_, e.what());
   }
 }
 
@@ -62,6 +101,7 @@ WholeFolder::~WholeFolder() {
   if (committed_) return;
   std::error_code ignored;
   fs::remove_all(temporary_, ignored);
+  remove_folders(place_.parent_path(), first_made_);
 }
 
 void WholeFolder::commit() {
@@ -77,6 +117,13 @@ void WholeFolder::commit() {
   }
   committed_ = true;
   if (replaces) fs::remove_all(old, failed);
+}
+
+void sync_to_disk(const fs::path& path) {
+  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  const bool done = fd >= 0 && syncfs(fd) == 0;
+  if (fd >= 0) close(fd);
+  if (!done) cannot_write(path, "its disk does not take it");
 }
 
 std::string read_text(const fs::path& path, size_t max_bytes) {

@@ -16,10 +16,11 @@ void write_whole_file(const fs::path& path, const std::function<void(const fs::p
 void write_whole_text(const fs::path& path, const std::string& text);
 
 // A folder that appears at `place` when committed; until then its files lie in `path()`, beside it.
-// An older folder at `place` is replaced by the new one in one rename.
+// An older folder at `place` is replaced whole, but only where it is empty or holds the file
+// `marker`, that is, where it is a thing of the same kind: a mistyped --out costs nobody a folder.
 class WholeFolder {
  public:
-  explicit WholeFolder(fs::path place);
+  explicit WholeFolder(fs::path place, const std::string& marker = "");
   ~WholeFolder();  // not committed: everything is removed
   WholeFolder(const WholeFolder&) = delete;
   WholeFolder& operator=(const WholeFolder&) = delete;
@@ -30,8 +31,12 @@ class WholeFolder {
  private:
   fs::path place_;
   fs::path temporary_;
+  fs::path first_made_;  // outermost folder that had to be made for `place`; empty: none
   bool committed_ = false;
 };
+
+// Returns when what was written to the disk that holds `path` is really on it.
+void sync_to_disk(const fs::path& path);
 
 // The whole text of a file. Throws Error where it cannot be read or is over `max_bytes`.
 std::string read_text(const fs::path& path, size_t max_bytes = 64u << 20);

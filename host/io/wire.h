@@ -1,5 +1,5 @@
 // One protobuf message after another on a stream socket, each after its length (4 bytes, little
-// endian, at most 65536). What goes wrong with a connection is a result here, not an exception:
+// endian, 1 to 65536). What goes wrong with a connection is a result here, not an exception:
 // the caller knows whether it can be mended.
 #pragma once
 

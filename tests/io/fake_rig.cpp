@@ -9,6 +9,8 @@
 #include <array>
 
 #include "io/crc32c.h"
+#include "io/fake_session.h"
+#include "io/json.h"
 
 namespace lamella::testing {
 
@@ -20,14 +22,18 @@ constexpr double kPatience_s = 5;
 
 }  // namespace
 
-FakePhotograph fake_photograph(uint32_t frame_id, cv::Size size) {
+RawImage fake_raw(uint32_t frame_id, cv::Size size) {
   RawImage image(size);
   int next = int(frame_id) * 101;
   for (auto& pixel : image) {
     for (int c = 0; c < 3; ++c) pixel[c] = uint16_t((next++ * 7) & 0xfff);
   }
+  return image;
+}
+
+FakePhotograph fake_photograph(uint32_t frame_id, cv::Size size) {
   FakePhotograph p;
-  p.bytes = pack_rgb12p(image);
+  p.bytes = pack_rgb12p(fake_raw(frame_id, size));
   p.offer.set_burst_id(kBurstId);
   p.offer.set_frame_id(frame_id);
   p.offer.set_width(uint32_t(size.width));
@@ -44,6 +50,20 @@ FakePhotograph fake_photograph(uint32_t frame_id, cv::Size size) {
   frame->set_black_level_dn(64);
   frame->set_gain_per_dn(1.0 / 4000);
   return p;
+}
+
+void load_burst(FakeRig* rig, cv::Size size, const std::set<v1::Frame::Role>& without) {
+  rig->set_calibration(to_json(fake_calibration(size)));
+  uint32_t frame_id = 0;
+  for (const v1::Frame& frame : fake_frames()) {
+    FakePhotograph p = fake_photograph(frame_id++, size);
+    const v1::Frame raw = p.offer.frame();
+    *p.offer.mutable_frame() = frame;
+    p.offer.mutable_frame()->set_pixel_format(raw.pixel_format());
+    p.offer.mutable_frame()->set_black_level_dn(raw.black_level_dn());
+    p.offer.mutable_frame()->set_gain_per_dn(raw.gain_per_dn());
+    if (!without.contains(frame.role())) rig->add(p);
+  }
 }
 
 FakeRig::FakeRig(FakeRigFaults faults) : faults_(faults) {
@@ -115,7 +135,8 @@ void FakeRig::answer(const v1::Request& request, Socket* socket, int fd) {
         if (faults_.wrong_frame_crc) reply.mutable_frame()->set_crc32c(p.offer.crc32c() ^ 1);
         say(request, reply, socket);
       }
-      return;
+      reply.mutable_done()->set_burst_id(kBurstId);
+      return say(request, reply, socket);
     case v1::Request::kBlob:
       return answer_blob(request, socket, fd);
     case v1::Request::kTiming:

@@ -74,7 +74,13 @@ class FakeRig {
   std::thread thread_;
 };
 
-// A photograph of `size` whose values are a ramp that differs from frame to frame.
+// Raw values: a ramp that differs from frame to frame.
+RawImage fake_raw(uint32_t frame_id, cv::Size size);
+
+// Calibration and forty photographs of a burst, their values fake_raw(); some roles left out.
+void load_burst(FakeRig* rig, cv::Size size, const std::set<v1::Frame::Role>& without = {});
+
+// STRIPES of the left camera, its values fake_raw().
 FakePhotograph fake_photograph(uint32_t frame_id, cv::Size size);
 
 }  // namespace lamella::testing

@@ -1,0 +1,62 @@
+// A program of ours run beside this one. It never outlives us.
+#pragma once
+
+#include <sys/types.h>
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace lamella::apps {
+
+namespace fs = std::filesystem;
+
+class ChildProcess {
+ public:
+  // Starts `arguments[0]` with its output in `folder`/NAME.out and NAME.err. Throws Error (kRig).
+  ChildProcess(std::string name, const std::vector<std::string>& arguments, const fs::path& folder);
+
+  // Asks it to end, waits a little, then ends it.
+  ~ChildProcess();
+  ChildProcess(const ChildProcess&) = delete;
+  ChildProcess& operator=(const ChildProcess&) = delete;
+
+  // What follows `prefix` on the first line of its output that begins with it. Throws Error (kRig)
+  // with its last words where it ends first, or where `interrupted` or the time says so.
+  std::string wait_for_line(const std::string& prefix, double seconds,
+                            const std::function<bool()>& interrupted);
+
+  // Its last line on standard error; empty where it said nothing.
+  std::string last_words() const;
+
+ private:
+  bool has_ended();
+
+  std::string name_;
+  fs::path out_, err_;
+  pid_t pid_ = -1;
+};
+
+// A folder for this process alone (mode 0700), removed with everything in it.
+class PrivateFolder {
+ public:
+  PrivateFolder();
+  ~PrivateFolder();
+  PrivateFolder(const PrivateFolder&) = delete;
+  PrivateFolder& operator=(const PrivateFolder&) = delete;
+
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+// From now on SIGINT and SIGTERM only set a flag, so that what was begun is cleaned up.
+void catch_interrupts();
+bool interrupted();
+
+// The file that is being run.
+fs::path own_binary();
+
+}  // namespace lamella::apps

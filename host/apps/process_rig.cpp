@@ -1,0 +1,50 @@
+#include "apps/process_rig.h"
+
+#include <fmt/format.h>
+
+namespace lamella::apps {
+
+namespace {
+
+constexpr double kTwinReady_s = 180;  // it simulates its skin first
+constexpr double kFirmwareReady_s = 20;
+
+fs::path rig_file_of(const SimulatedRigOptions& options) {
+  return options.rig_file.empty() ? fs::path(LAMELLA_BOARD_DIR) / "sim.rig" : options.rig_file;
+}
+
+}  // namespace
+
+SimulatedRig::SimulatedRig(const SimulatedRigOptions& options) {
+  const std::string socket = (folder_.path() / "twin.socket").string();
+  const std::string calibration = (folder_.path() / "calibration.json").string();
+  // clang-format off
+  const std::vector<std::string> twin{
+      own_binary().string(), "twin",
+      "--serve", socket,
+      "--subject", options.subject,
+      "--seed", std::to_string(options.seed),
+      "--scale", fmt::format("{}", options.scale),
+      "--calibration-out", calibration,
+      "--truth-out", options.truth.string()};
+  const std::vector<std::string> firmware{
+      (own_binary().parent_path() / "lamella-rigd").string(),
+      "--hal", "sim",
+      "--rig", rig_file_of(options).string(),
+      "--twin", socket,
+      "--calibration", calibration,
+      "--listen", "127.0.0.1:0",
+      "--clock", options.clock};
+  // clang-format on
+  twin_ = std::make_unique<ChildProcess>("lamella twin", twin, folder_.path());
+  twin_->wait_for_line("serving ", kTwinReady_s, interrupted);
+  firmware_ = std::make_unique<ChildProcess>("lamella-rigd", firmware, folder_.path());
+  address_ = firmware_->wait_for_line("listening on ", kFirmwareReady_s, interrupted);
+}
+
+std::string SimulatedRig::last_words() const {
+  const std::string twin = twin_->last_words(), firmware = firmware_->last_words();
+  return twin.empty() ? firmware : twin;
+}
+
+}  // namespace lamella::apps

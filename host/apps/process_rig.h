@@ -1,0 +1,39 @@
+// A rig without hardware: the digital twin and the firmware on its simulated hardware, started
+// beside this program and ended with it.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "apps/process_child.h"
+
+namespace lamella::apps {
+
+struct SimulatedRigOptions {
+  std::string subject = "head";  // or "sphere"
+  uint64_t seed = 1;
+  double scale = 1;               // of the photographs' size
+  std::string clock = "virtual";  // or "real"
+  fs::path rig_file;              // empty: the reference rig of this build
+  fs::path truth;                 // where the twin writes what it knows
+};
+
+class SimulatedRig {
+ public:
+  // Returns when both are ready. Throws Error (kRig).
+  explicit SimulatedRig(const SimulatedRigOptions& options);
+
+  const std::string& address() const { return address_; }  // HOST:PORT of the link
+
+  // What either said last on standard error, for a message about what went wrong.
+  std::string last_words() const;
+
+ private:
+  PrivateFolder folder_;
+  std::unique_ptr<ChildProcess> twin_;
+  std::unique_ptr<ChildProcess> firmware_;
+  std::string address_;
+};
+
+}  // namespace lamella::apps

@@ -1,0 +1,213 @@
+#include "calib/receive.h"
+
+#include <tbb/task_group.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <map>
+#include <mutex>
+#include <semaphore>
+#include <set>
+
+#include "base/error.h"
+#include "base/progress.h"
+#include "calib/develop.h"
+#include "io/json.h"
+#include "io/raw12.h"
+#include "io/rig_message.h"
+#include "io/session.h"
+#include "io/whole_file.h"
+
+namespace lamella {
+
+namespace {
+
+constexpr int kFramesInFlight = 6;  // received and not yet on disk: bounds the memory
+
+[[noreturn]] void reject(const std::string& what, const std::string& problem) {
+  throw Error(Fault::kRig, what, problem, "this rig and this host do not fit together");
+}
+
+std::string lower(std::string text) {
+  for (char& c : text) c = char(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+// The rig's words in a message of ours are checked like any file, but are the rig's fault.
+template <class Check>
+void blame_rig(const Check& check) {
+  try {
+    check();
+  } catch (const Error& e) {
+    throw Error(Fault::kRig, "rig", e.what());
+  }
+}
+
+using Cameras = std::map<std::string, Camera>;
+
+v1::Session read_calibration(LinkClient* rig, Cameras* cameras) {
+  const std::string text = rig->calibration();
+  v1::Session manifest;
+  blame_rig([&] {
+    parse_json(text, "its calibration", &manifest);
+    for (int i = 0; i < manifest.rig().cameras_size(); ++i) {
+      const std::string at = "its calibration: rig.cameras[" + std::to_string(i) + "]";
+      const Camera camera = camera_from_message(manifest.rig().cameras(i), at);
+      (*cameras)[camera.id] = camera;
+    }
+  });
+  return manifest;
+}
+
+// The camera that took what is offered.
+const Camera& check_offer(const v1::FrameOffer& offer, const Cameras& cameras) {
+  const std::string what = "rig: " + describe(offer);
+  const v1::Frame& frame = offer.frame();
+  const auto camera = cameras.find(frame.camera());
+  if (camera == cameras.end()) reject(what, "no such camera in its calibration");
+  if (frame.pixel_format() != kRgb12p) {
+    reject(what, "pixel_format \"" + frame.pixel_format() + "\", only RGB12P is developed");
+  }
+  if (int(offer.width()) != camera->second.width || int(offer.height()) != camera->second.height) {
+    reject(what, std::to_string(offer.width()) + "x" + std::to_string(offer.height()) +
+                     " pixels disagree with its calibration");
+  }
+  if (offer.size_bytes() != rgb12p_bytes(offer.width(), offer.height())) {
+    reject(what, std::to_string(offer.size_bytes()) + " bytes are not its pixels");
+  }
+  if (!(frame.gain_per_dn() > 0) || !std::isfinite(frame.gain_per_dn()) ||
+      !std::isfinite(frame.black_level_dn())) {
+    reject(what, "black_level_dn or gain_per_dn is missing or not a number");
+  }
+  return camera->second;
+}
+
+// What the manifest says of a developed frame.
+v1::Frame developed_frame(const v1::Frame& raw) {
+  v1::Frame frame = raw;
+  frame.set_file(frame_file(raw));
+  frame.clear_pixel_format();
+  frame.clear_black_level_dn();
+  frame.clear_gain_per_dn();
+  return frame;
+}
+
+// Develops and writes in the background, a few at a time; the first failure comes out of add() or
+// finish().
+class DarkRoom {
+ public:
+  explicit DarkRoom(fs::path folder) : folder_(std::move(folder)) {}
+  ~DarkRoom() { tasks_.wait(); }
+
+  void add(const v1::FrameOffer& offer, const Camera& camera, std::vector<uint8_t> bytes) {
+    places_.acquire();
+    rethrow();
+    const v1::Frame& frame = offer.frame();
+    const RawFormat format{frame.black_level_dn(), frame.gain_per_dn(), camera.saturation};
+    const fs::path file = folder_ / frame_file(frame);
+    const cv::Size size(camera.width, camera.height);
+    tasks_.run([this, format, file, size, raw = std::move(bytes)] {
+      try {
+        write_exr_rgb(file, develop(raw, size, format), PixelType::kHalf);
+      } catch (...) {
+        const std::lock_guard lock(mutex_);
+        failure_ = std::current_exception();
+      }
+      places_.release();
+    });
+  }
+
+  void finish() {
+    tasks_.wait();
+    rethrow();
+  }
+
+ private:
+  void rethrow() {
+    const std::lock_guard lock(mutex_);
+    if (failure_) std::rethrow_exception(failure_);
+  }
+
+  fs::path folder_;
+  tbb::task_group tasks_;
+  std::counting_semaphore<kFramesInFlight> places_{kFramesInFlight};
+  std::mutex mutex_;
+  std::exception_ptr failure_;
+};
+
+void receive_photographs(LinkClient* rig, const fs::path& folder, const Cameras& cameras,
+                         const std::function<void(int)>& progress, Reception* reception) {
+  for (const v1::FrameOffer& offer : reception->offers) check_offer(offer, cameras);
+  DarkRoom dark_room(folder);
+  const Stopwatch watch;
+  for (size_t i = 0; i < reception->offers.size(); ++i) {
+    const v1::FrameOffer& offer = reception->offers[i];
+    std::vector<uint8_t> bytes = rig->photograph(offer);
+    reception->raw_bytes += bytes.size();
+    dark_room.add(offer, check_offer(offer, cameras), std::move(bytes));
+    progress(int(i) + 1);
+  }
+  dark_room.finish();
+  reception->transfer_s = watch.seconds();
+}
+
+void add_frames(Reception* reception) {
+  std::vector<v1::Frame> frames;
+  std::set<std::string> files;
+  for (const v1::FrameOffer& offer : reception->offers) {
+    frames.push_back(developed_frame(offer.frame()));
+    if (!files.insert(frames.back().file()).second) reject("rig: " + describe(offer), "sent twice");
+    if (offer.marked()) reception->marked.push_back(describe(offer));
+  }
+  std::stable_sort(frames.begin(), frames.end(), [](const v1::Frame& a, const v1::Frame& b) {
+    return std::pair(a.camera(), a.step()) < std::pair(b.camera(), b.step());
+  });
+  reception->manifest.clear_frames();
+  for (const v1::Frame& frame : frames) *reception->manifest.add_frames() = frame;
+}
+
+}  // namespace
+
+std::string frame_file(const v1::Frame& frame) {
+  std::string name = std::to_string(frame.step());
+  if (name.size() < 2) name = "0" + name;
+  name += "_" + lower(v1::Frame::Role_Name(frame.role()));
+  const bool indexed = frame.role() == v1::Frame::FRINGE || frame.role() == v1::Frame::STRIPES;
+  if (indexed) name += "_" + std::to_string(frame.index());
+  name += "_" + lower(v1::Frame::Analyser_Name(frame.analyser())) + ".exr";
+  return "frames/" + frame.camera() + "/" + name;
+}
+
+Reception receive_session(LinkClient* rig, const Burst& burst, const fs::path& folder,
+                          const std::function<void(int)>& progress) {
+  Reception reception;
+  Cameras cameras;
+  reception.manifest = read_calibration(rig, &cameras);
+  reception.offers = rig->offers(burst);
+  if (reception.offers.size() != burst.frame_count) {
+    reject("rig", "offers " + std::to_string(reception.offers.size()) + " of its " +
+                      std::to_string(burst.frame_count) + " photographs");
+  }
+  add_frames(&reception);
+  receive_photographs(rig, folder, cameras, progress, &reception);
+  reception.timing = rig->timing(burst);
+  write_json(folder / "timing.json", reception.timing);
+  write_json(folder / "session.json", reception.manifest);
+  blame_rig([&] { require_burst(read_session(folder)); });
+  return reception;
+}
+
+void acknowledge_all(LinkClient* rig, const Reception& reception) {
+  for (const v1::FrameOffer& offer : reception.offers) rig->acknowledge(offer);
+}
+
+double largest_edge_error_us(const v1::TimingEdges& timing) {
+  double largest = 0;
+  for (const v1::TimedEdge& edge : timing.edges()) {
+    largest = std::max(largest, std::abs(edge.actual_us() - edge.planned_us()));
+  }
+  return largest;
+}
+
+}  // namespace lamella

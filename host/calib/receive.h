@@ -1,0 +1,39 @@
+// A burst taken off a rig and made into a session: photographs developed, timing attested.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "io/exr.h"
+#include "io/link_client.h"
+#include "session.pb.h"
+
+namespace lamella {
+
+struct Reception {
+  v1::Session manifest;
+  std::vector<v1::FrameOffer> offers;  // to be acknowledged once the session is in its place
+  v1::TimingEdges timing;
+  size_t raw_bytes = 0;
+  double transfer_s = 0;
+  std::vector<std::string> marked;  // photographs an edge came too late for, in words
+};
+
+// Fetches every photograph of the burst and writes frames/, timing.json and session.json into
+// `folder`. Photographs are developed and written while the next ones arrive; `progress(done)` is
+// called after each has arrived. What the rig sends is checked against its own calibration; where
+// it disagrees, or is not one whole burst, an Error (kRig) says so.
+Reception receive_session(LinkClient* rig, const Burst& burst, const fs::path& folder,
+                          const std::function<void(int)>& progress);
+
+// The rig may forget all of them. Only after the session is in its place.
+void acknowledge_all(LinkClient* rig, const Reception& reception);
+
+// Largest |actual - planned| over all edges, us; 0 where there are none.
+double largest_edge_error_us(const v1::TimingEdges& timing);
+
+// frames/left/07_stripes_2_cross.exr
+std::string frame_file(const v1::Frame& frame);
+
+}  // namespace lamella

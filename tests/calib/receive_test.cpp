@@ -1,0 +1,127 @@
+#include "calib/receive.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "base/error.h"
+#include "io/fake_rig.h"
+#include "io/fake_session.h"
+#include "io/session.h"
+#include "io/whole_file.h"
+
+namespace lamella {
+namespace {
+
+using testing::FakeRig;
+using testing::FakeRigFaults;
+using testing::load_burst;
+
+const cv::Size kSize(24, 32);
+
+class Receive : public ::testing::Test {
+ protected:
+  Receive() : folder_(fs::temp_directory_path() / ("receive-" + std::to_string(getpid()))) {}
+
+  LinkOptions quick() const {
+    LinkOptions options;
+    options.reply_s = 1;
+    options.backoff_s = 0.002;
+    return options;
+  }
+
+  Reception receive(const FakeRig& rig) {
+    LinkClient client(rig.address(), quick());
+    const Burst burst = client.run_burst("fake");
+    return receive_session(&client, burst, folder_.path(), [](int) {});
+  }
+
+  std::string failure(const FakeRig& rig) {
+    try {
+      receive(rig);
+    } catch (const Error& e) {
+      EXPECT_EQ(e.fault(), Fault::kRig);
+      return e.what();
+    }
+    return "nothing failed";
+  }
+
+  WholeFolder folder_;
+};
+
+TEST_F(Receive, MakesASessionThatCanBeFitted) {
+  FakeRig rig;
+  load_burst(&rig, kSize);
+  const Reception reception = receive(rig);
+  EXPECT_EQ(reception.offers.size(), 40u);
+  EXPECT_EQ(reception.raw_bytes, 40 * rgb12p_bytes(24, 32));
+  const Session session = read_session(folder_.path());
+  EXPECT_NO_THROW(require_burst(session));
+  EXPECT_EQ(session.frames.size(), 40u);
+  const Frame* frame = session.find("left", Role::kStripes, 2, Analyser::kCross);
+  ASSERT_NE(frame, nullptr);
+  EXPECT_EQ(frame->file, "frames/left/18_stripes_2_cross.exr");
+}
+
+TEST_F(Receive, StoresDevelopedValuesToTheQuantumOfTheSensor) {
+  FakeRig rig;
+  load_burst(&rig, kSize);
+  const Reception reception = receive(rig);
+  const Session session = read_session(folder_.path());
+  const v1::FrameOffer& offer = reception.offers.front();
+  const Photograph photograph = read_photograph(
+      session, *session.find(offer.frame().camera(), Role::kGradientFull, 0, Analyser::kParallel));
+  const RawImage raw = testing::fake_raw(offer.frame_id(), kSize);
+  const v1::Frame& f = offer.frame();
+  for (const cv::Point at : {cv::Point(0, 0), cv::Point(7, 11), cv::Point(23, 31)}) {
+    for (int c = 0; c < 3; ++c) {
+      const double stored = (raw(at)[c] - f.black_level_dn()) * f.gain_per_dn();
+      EXPECT_NEAR(photograph.radiance(at)[c], stored, f.gain_per_dn());
+    }
+  }
+}
+
+TEST_F(Receive, MarksThePhotographsThatAnEdgeCameTooLateFor) {
+  FakeRig rig;
+  load_burst(&rig, kSize);
+  testing::FakePhotograph late = testing::fake_photograph(99, kSize);
+  late.offer.mutable_frame()->set_role(v1::Frame::AMBIENT);
+  late.offer.set_marked(true);
+  rig.add(late);
+  EXPECT_EQ(receive(rig).marked.size(), 1u);
+}
+
+TEST_F(Receive, RefusesAPhotographOfAnotherSizeThanTheCalibrationSays) {
+  FakeRig rig;
+  load_burst(&rig, kSize);
+  rig.add(testing::fake_photograph(99, {25, 32}));
+  EXPECT_NE(failure(rig).find("frame 99 (left STRIPES 99 CROSS): 25x32 pixels disagree"),
+            std::string::npos);
+}
+
+TEST_F(Receive, RefusesABurstThatLacksARole) {
+  FakeRig rig;
+  load_burst(&rig, kSize, {v1::Frame::DOTS});
+  EXPECT_NE(failure(rig).find("no DOTS CROSS of the left camera"), std::string::npos);
+}
+
+TEST_F(Receive, BlamesTheRigForACalibrationThatIsNotJson) {
+  FakeRig rig;
+  load_burst(&rig, kSize);
+  rig.set_calibration("{");
+  EXPECT_NE(failure(rig).find("calibration"), std::string::npos);
+}
+
+TEST_F(Receive, WritesNothingAfterALinkThatStaysCut) {
+  FakeRigFaults faults;
+  faults.cut_frame = 5;
+  faults.cut_at_byte = 700;
+  faults.cut_times = 1000;
+  FakeRig rig(faults);
+  load_burst(&rig, kSize);
+  EXPECT_NE(failure(rig).find("at byte 700 of"), std::string::npos);
+  EXPECT_FALSE(fs::exists(folder_.path() / "session.json"));
+  EXPECT_TRUE(rig.acknowledged().empty());
+}
+
+}  // namespace
+}  // namespace lamella
