@@ -43,7 +43,10 @@ struct clockwork {
 // The earliest exposure that readout and analyser allow; moves the analyser where needed.
 static double earliest_open_us(const struct rig* rig, const struct clockwork* clock, bool crossed,
                                struct step_times* times) {
-  double open_us = clock->any_step ? clock->close_us + rig->camera_readout_us : 0;
+  // The last trigger may fall late within its tolerance; the readout is then over as much later.
+  const double read_out_us =
+      clock->close_us + rig->camera_readout_us + rig->player_critical_tolerance_us;
+  double open_us = clock->any_step ? read_out_us : 0;
   if (crossed != clock->crossed) {
     times->analyser_us = clock->close_us + kAfterCloseUs / 4;
     open_us = fmax(open_us, times->analyser_us + rig->analyser_move_us + rig->analyser_settle_us);

@@ -94,7 +94,7 @@ static bool trigger(struct hal_sim* sim, bool level, double t_us) {
   }
   if (sim->shot_count == SIM_MAX_EVENTS) return false;
   const struct sim_shot* last = sim->shot_count > 0 ? &sim->shots[sim->shot_count - 1] : NULL;
-  // Half a microsecond of grace for the rounding of planned times.
+  // Half a microsecond of grace for rounding.
   const bool missed =
       last != NULL && effect_us + 0.5 < last->close_us + sim->rig->camera_readout_us;
   sim->shots[sim->shot_count++] = (struct sim_shot){effect_us, INFINITY, missed};
@@ -171,7 +171,8 @@ static enum lam_status read_photograph(void* self, unsigned shot, unsigned camer
   struct hal_sim* sim = self;
   if (sim->twin_socket < 0) return fail(sim, "there is no twin to take photographs");
   if (shot >= sim->shot_count || sim->shots[shot].missed) {
-    return fail(sim, "a camera missed a trigger: it was not ready");
+    return fail(sim,
+                "a camera missed a trigger that came during its readout: take the burst again");
   }
   static lamella_v1_ExposureReport report;
   if (!sim_light_report(&sim->light, camera, sim->shots[shot].open_us, sim->shots[shot].close_us,

@@ -29,7 +29,7 @@ static const struct number_key kNumbers[] = {
     NUMBER("leds.duty_window_us", leds_duty_window_us, 1e3, 60e6),
     NUMBER("leds.highest_duty", leds_highest_duty, 0.01, 1),
     NUMBER("camera.start_delay_us", camera_start_delay_us, 0, 1e5),
-    NUMBER("camera.guard_us", camera_guard_us, 0, 1e5),
+    NUMBER("camera.guard_us", camera_guard_us, 1, 1e5),
     NUMBER("camera.readout_us", camera_readout_us, 0, 1e6),
     NUMBER("analyser.move_us", analyser_move_us, 1, 5e6),
     NUMBER("analyser.settle_us", analyser_settle_us, 0, 5e6),

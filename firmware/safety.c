@@ -48,6 +48,11 @@ static enum lam_status check_duty(struct walk* w) {
   return LAM_OK;
 }
 
+// True while a sensor may integrate: from the trigger on, and for the start delay after it falls.
+static bool is_exposing(const struct walk* w, double t_us) {
+  return w->triggered || t_us < w->close_us - kSlackUs;
+}
+
 static enum lam_status light_comes_on(struct walk* w, double t_us) {
   if (!w->triggered || t_us < w->open_us - kSlackUs) {
     return broken(w, SAFETY_LIGHT_INSIDE, "LED light comes before the exposure opens");
@@ -61,6 +66,10 @@ static enum lam_status light_comes_on(struct walk* w, double t_us) {
 }
 
 static enum lam_status light_goes_off(struct walk* w, double t_us) {
+  // The trigger may have fallen already: the sensor integrates on for its start delay.
+  if (!w->triggered && t_us > w->close_us + kSlackUs) {
+    return broken(w, SAFETY_LIGHT_INSIDE, "LED light outlasts the exposure");
+  }
   const double on_us = t_us - w->light_on_us;
   if (on_us > w->rig->leds_longest_on_us + kSlackUs) {
     return broken(w, SAFETY_LED_ON_TIME, "LEDs are on for longer than leds.longest_on_us");
@@ -138,7 +147,6 @@ static enum lam_status check_projector_exposure(struct walk* w) {
 
 static enum lam_status exposure_closes(struct walk* w, double t_us) {
   w->close_us = t_us + w->rig->camera_start_delay_us;
-  if (!w->blank) return broken(w, SAFETY_LIGHT_INSIDE, "LED light outlasts the exposure");
   if (w->leds_lit_exposure && w->lamp) {
     return broken(w, SAFETY_ONE_LIGHT, "the projector shines into an LED exposure");
   }
@@ -153,11 +161,6 @@ static enum lam_status on_trigger(struct walk* w, const struct edge* edge) {
   }
   w->triggered = edge->value != 0;
   return w->triggered ? exposure_opens(w, edge->t_us) : exposure_closes(w, edge->t_us);
-}
-
-// True while a sensor may integrate: from the trigger on, and for the start delay after it falls.
-static bool is_exposing(const struct walk* w, double t_us) {
-  return w->triggered || t_us < w->close_us - kSlackUs;
 }
 
 static enum lam_status on_vblank(struct walk* w, const struct edge* edge) {
