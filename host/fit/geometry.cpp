@@ -3,7 +3,9 @@
 #include <algorithm>
 
 #include "base/parallel.h"
+#include "fit/depth_fill.h"
 #include "fit/depth_map.h"
+#include "fit/gradient_inversion.h"
 #include "fit/stereo.h"
 #include "fit/triangulate.h"
 
@@ -11,7 +13,6 @@ namespace lamella::fit {
 
 namespace {
 
-constexpr float kFilledSigmaMm = 3.f;
 constexpr float kDarkShare = 0.02f;  // of the subject's mean light: darker is not looked at
 constexpr float kDarkSigmas = 6.f;   // of read noise
 
@@ -50,40 +51,39 @@ DepthMap depth_of(const Burst& burst, const Camera& camera, const std::vector<Im
   return measure_depth(camera, burst.session->projector, columns);
 }
 
-// Labelled pixels without an answer take the mean of their answered neighbours, ring by ring.
-void fill(const Labels& regions, DepthMap* depth) {
-  std::vector<cv::Point> holes;
-  for (int y = 0; y < regions.rows; ++y) {
-    for (int x = 0; x < regions.cols; ++x) {
-      if (regions(y, x) && std::isnan(depth->distance_mm(y, x))) holes.emplace_back(x, y);
-    }
-  }
-  const cv::Rect inside(0, 0, regions.cols, regions.rows);
-  for (size_t left = holes.size() + 1; !holes.empty() && holes.size() < left;) {
-    left = holes.size();
-    std::vector<std::pair<cv::Point, float>> found;
-    std::vector<cv::Point> rest;
-    for (const cv::Point& p : holes) {
-      float sum = 0;
-      int count = 0;
-      for (const cv::Point& q :
-           {p + cv::Point(1, 0), p - cv::Point(1, 0), p + cv::Point(0, 1), p - cv::Point(0, 1)}) {
-        if (!inside.contains(q) || !regions(q) || std::isnan(depth->distance_mm(q))) continue;
-        sum += depth->distance_mm(q);
-        ++count;
+// Normals good enough to carry the surface over a gap: the diffuse gradients as a lone Lambertian
+// surface in the middle of the rig would show them, averaged over a few pixels.
+Image3 rough_normals(const Burst& burst, const Mask& lit, const DepthMap& depth) {
+  Image3 normal(lit.size(), Vec3(kNaN, kNaN, kNaN));
+  const LedsFrom leds(burst.session->stage, Vec3(0, 0, 0));
+  const cv::Rect inside(0, 0, lit.cols, lit.rows);
+  parallel_for(lit.rows, [&](int y) {
+    for (int x = 0; x < lit.cols; ++x) {
+      if (!lit(y, x) || !std::isnan(depth.distance_mm(y, x))) continue;
+      Vec3 sum(0, 0, 0);
+      float full = 0;
+      for (int j = std::max(0, y - 2); j <= std::min(lit.rows - 1, y + 2); ++j) {
+        for (int i = std::max(0, x - 2); i <= std::min(lit.cols - 1, x + 2); ++i) {
+          if (!lit(j, i)) continue;
+          const float c = burst.full.cross(j, i)[1];
+          full += c;
+          for (int a = 0; a < 3; ++a) sum[a] += 2 * burst.gradient[size_t(a)].cross(j, i)[1] - c;
+        }
       }
-      if (count > 0) {
-        found.emplace_back(p, sum / float(count));
-      } else {
-        rest.push_back(p);
-      }
+      const Vec3 m = sum * (1.f / std::max(full, 1e-6f));
+      normal(y, x) = invert_mean_direction(leds, 1, m, unit(m));
     }
-    for (const auto& [p, mm] : found) {
-      depth->distance_mm(p) = mm;
-      depth->sigma_mm(p) = kFilledSigmaMm;
-    }
-    holes.swap(rest);
-  }
+  });
+  return normal;
+}
+
+// First what is asked for, from its own kind, so that no neighbour across a silhouette speaks for
+// it; then the rest of what the LEDs light.
+void fill(const Burst& burst, DepthMap* depth) {
+  const Mask lit = lit_pixels(burst.full.cross, least_light(burst)) | (burst.regions > 0);
+  const Image3 normal = rough_normals(burst, lit, *depth);
+  fill_depth(burst.session->left, burst.regions > 0, normal, depth);
+  fill_depth(burst.session->left, lit, normal, depth);
 }
 
 Geometry geometry_at(const Burst& burst, const DepthMap& depth) {
@@ -122,7 +122,7 @@ Geometry reconstruct_geometry(const Burst& burst) {
         depth_of(burst, *session.right, burst.right_fringe, burst.right_front_lit);
     refine_with_right(session.left, *session.right, session.projector, right, &depth);
   }
-  fill(burst.regions, &depth);
+  fill(burst, &depth);
   return geometry_at(burst, depth);
 }
 

@@ -16,7 +16,6 @@ cv::Mat_<DiffuseMoments> diffuse_moments(const Burst& burst) {
   cv::Mat_<DiffuseMoments> moments(burst.regions.size(), DiffuseMoments::all(0));
   parallel_for(moments.rows, [&](int y) {
     for (int x = 0; x < moments.cols; ++x) {
-      if (!burst.regions(y, x)) continue;
       const Vec3 full = burst.full.cross(y, x) * 2.f;
       DiffuseMoments& m = moments(y, x);
       for (int c = 0; c < 3; ++c) m[4 * c] = full[c];
@@ -29,13 +28,11 @@ cv::Mat_<DiffuseMoments> diffuse_moments(const Burst& burst) {
   return moments;
 }
 
-Image1 distances(const Burst& burst, const Image3& position_mm) {
+Image1 distances(const Burst& burst, const Image3& scene_mm) {
   const Vec3 centre(burst.session->left.centre_mm());
-  Image1 mm(position_mm.size(), kNaN);
+  Image1 mm(scene_mm.size());
   parallel_for(mm.rows, [&](int y) {
-    for (int x = 0; x < mm.cols; ++x) {
-      if (burst.regions(y, x)) mm(y, x) = length(position_mm(y, x) - centre);
-    }
+    for (int x = 0; x < mm.cols; ++x) mm(y, x) = length(scene_mm(y, x) - centre);
   });
   return mm;
 }
@@ -105,7 +102,7 @@ Normals estimate_normals(const Burst& burst, Geometry* geometry) {
   n.diffuse_confidence = Image1(size, 0.5f);
   n.ambient_visibility = Image1(size, 1.f);
 
-  const Image1 distance_mm = distances(burst, geometry->position_mm);
+  const Image1 distance_mm = distances(burst, geometry->scene_mm);
   const float px_mm = float(cv::norm(burst.session->left.centre_mm()) / burst.session->left.fx);
   const cv::Mat_<DiffuseMoments> moments =
       smooth_along_surface(diffuse_moments(burst), distance_mm, kDiffuseSigmaPx, px_mm);

@@ -11,9 +11,9 @@ namespace lamella::fit {
 
 namespace {
 
-constexpr int kMeshStepPx = 4;
-constexpr float kLongestEdgeMm = 8.f;  // of a quad of the mesh; longer is a silhouette
-constexpr float kLiftMm = 0.7f;        // off the surface, above the noise of the mesh
+constexpr int kMeshStepPx = 2;
+constexpr float kLongestEdgeMm = 80.f;  // of a quad of the mesh; longer is a silhouette
+constexpr float kLiftMm = 0.25f;        // off the surface, above the noise of the mesh
 constexpr float kFarMm = 5000.f;
 constexpr int kDirections = 8192;
 
