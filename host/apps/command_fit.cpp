@@ -1,11 +1,13 @@
 // lamella fit SESSION: from the photographs to the layers.
 #include <fmt/core.h>
+#include <tbb/parallel_invoke.h>
 
 #include <cstdio>
 #include <memory>
 
 #include "apps/commands.h"
 #include "base/progress.h"
+#include "export/export.h"
 #include "fit/layers.h"
 #include "io/json.h"
 #include "io/whole_file.h"
@@ -51,7 +53,13 @@ void run_fit(const FitArguments& args) {
   fit::LayeredFit fit = fit::fit_layers(session, fit::step_from_name(args.until));
   const Stopwatch write_watch;
   WholeFolder folder(out);
-  write_layer_maps(folder.path(), fit.maps);
+  const bool whole = !fit.maps.total_albedo.empty();
+  tbb::parallel_invoke(
+      [&] { write_layer_maps(folder.path(), fit.maps); },
+      [&] {
+        if (!whole) return;
+        exporting::export_face(fit.maps, fit.layers, session.subject, folder.path() / "model.glb");
+      });
   auto& timings = *fit.layers.mutable_timings_s();
   timings["write"] = write_watch.seconds();
   timings["total"] = watch.seconds();
