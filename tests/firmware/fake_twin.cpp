@@ -113,7 +113,7 @@ FakeTwin::FakeTwin(int rows, Mood mood) : rows_(rows), mood_(mood) {
   address.sun_family = AF_UNIX;
   std::strcpy(address.sun_path, path_.c_str());
   bind(listener_, reinterpret_cast<sockaddr*>(&address), sizeof address);
-  listen(listener_, 1);
+  listen(listener_, 16);
   thread_ = std::thread([this] { serve(); });
 }
 
@@ -132,10 +132,10 @@ std::vector<lamella_v1_ExposureReport> FakeTwin::reports() const {
 }
 
 void FakeTwin::serve() {
-  host_ = accept(listener_, nullptr, nullptr);
-  if (host_ < 0) return;
-  while (answer_one(host_)) continue;
-  close(host_.exchange(-1));
+  while ((host_ = accept(listener_, nullptr, nullptr)) >= 0) {
+    while (answer_one(host_)) continue;
+    close(host_.exchange(-1));
+  }
 }
 
 bool FakeTwin::answer_one(int host) {

@@ -1,0 +1,232 @@
+// lamella-rigd as it is run: a process, a socket, a twin.
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <stdlib.h>
+
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "fake_twin.h"
+#include "test_host.h"
+#include "test_rig.h"
+
+extern "C" {
+#include "crc32c.h"
+}
+
+namespace {
+
+class Rigd : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    char name[] = "/tmp/lamella-rigd-test-XXXXXX";
+    folder = mkdtemp(name);
+    std::ofstream(folder / "calibration.json") << R"({"format": "lamella.session.v1"})";
+  }
+  void TearDown() override { std::filesystem::remove_all(folder); }
+
+  std::vector<std::string> arguments(std::vector<std::string> more = {}) {
+    std::vector<std::string> all = {
+        "--hal",    "sim",        "--rig",         LAMELLA_RIG_FILE,
+        "--twin",   twin.path(),  "--calibration", folder / "calibration.json",
+        "--listen", "127.0.0.1:0"};
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  }
+
+  void expect_failure(const std::vector<std::string>& more, int code, const std::string& says) {
+    RigProcess rigd(arguments(more));
+    EXPECT_EQ(rigd.exit_code(), code);
+    const std::string errors = rigd.errors();
+    EXPECT_NE(errors.find(says), std::string::npos) << errors;
+  }
+
+  lamella_v1_BlobQuery photograph(const lamella_v1_FrameOffer& offer, uint32_t offset) {
+    return {lamella_v1_BlobQuery_Kind_PHOTOGRAPH, offer.burst_id, offer.frame_id, offset};
+  }
+
+  std::filesystem::path folder;
+  FakeTwin twin{300};  // photographs of some 200 kB: several chunks each
+};
+
+}  // namespace
+
+TEST_F(Rigd, TakesABurstAndHandsOverEveryPhotograph) {
+  RigProcess rigd(arguments());
+  TestHost host(rigd.port());
+  host.ask(hello());
+  const uint64_t burst_id = host.run_burst();
+  const auto offers = host.offers(burst_id);
+  ASSERT_EQ(offers.size(), 40u);
+  for (const lamella_v1_FrameOffer& offer : offers) {
+    const std::vector<uint8_t> bytes = host.fetch(photograph(offer, 0));
+    ASSERT_EQ(bytes.size(), offer.size_bytes);
+    EXPECT_EQ(crc32c_extend(0, bytes.data(), bytes.size()), offer.crc32c);
+    lamella_v1_Request ack = request_of(lamella_v1_Request_ack_tag);
+    ack.body.ack = {burst_id, offer.frame_id};
+    EXPECT_EQ(host.ask(ack).which_body, lamella_v1_Reply_acknowledged_tag);
+  }
+  EXPECT_TRUE(host.offers(burst_id).empty());
+  rigd.signal(SIGTERM);
+  EXPECT_EQ(rigd.exit_code(), 0);
+}
+
+TEST_F(Rigd, TransferGoesOnWhereItBrokeOnANewConnection) {
+  RigProcess rigd(arguments());
+  const int port = rigd.port();
+  auto first = std::make_unique<TestHost>(port);
+  first->ask(hello());
+  const uint64_t burst_id = first->run_burst();
+  const lamella_v1_FrameOffer offer = first->offers(burst_id)[6];
+  lamella_v1_Request request = request_of(lamella_v1_Request_blob_tag);
+  request.body.blob = photograph(offer, 0);
+  const lamella_v1_Reply chunk = first->ask(request);  // one chunk, then the cable is pulled
+  first.reset();
+
+  TestHost second(port);
+  second.ask(hello());
+  EXPECT_EQ(second.offers(burst_id).size(), 40u);
+  const auto& data = chunk.body.chunk.data;
+  std::vector<uint8_t> bytes(data.bytes, data.bytes + data.size);
+  const std::vector<uint8_t> rest = second.fetch(photograph(offer, data.size));
+  bytes.insert(bytes.end(), rest.begin(), rest.end());
+  EXPECT_EQ(crc32c_extend(0, bytes.data(), bytes.size()), offer.crc32c);
+}
+
+TEST_F(Rigd, BurstSurvivesTheLossOfItsHost) {
+  RigProcess rigd(arguments({"--clock", "real"}));
+  const int port = rigd.port();
+  auto first = std::make_unique<TestHost>(port);
+  first->ask(hello());
+  const lamella_v1_Reply accepted = first->ask(request_of(lamella_v1_Request_burst_tag));
+  first.reset();
+  TestHost second(port);
+  second.ask(hello());
+  lamella_v1_Status status;
+  do {
+    status = second.ask(request_of(lamella_v1_Request_status_tag)).body.status;
+  } while (status.state == lamella_v1_RigState_RUNNING);
+  EXPECT_EQ(status.burst_id, accepted.body.accepted.burst_id);
+  if (status.state == lamella_v1_RigState_IDLE) {
+    EXPECT_EQ(status.frames_held, 40u);
+  } else {  // a machine too busy for the real clock says so
+    EXPECT_NE(std::string(status.fault).find("missed a trigger"), std::string::npos);
+  }
+}
+
+TEST_F(Rigd, TimingListsEveryEdgeWithItsActualTime) {
+  RigProcess rigd(arguments());
+  TestHost host(rigd.port());
+  host.ask(hello());
+  lamella_v1_Request request = request_of(lamella_v1_Request_timing_tag);
+  request.body.timing.burst_id = host.run_burst();
+  uint32_t total = 1;
+  double last_us = 0;
+  while (request.body.timing.first_edge < total) {
+    const lamella_v1_TimingEdges timing = host.ask(request).body.timing;
+    ASSERT_GT(timing.edges_count, 0);
+    total = timing.total_edges;
+    for (int i = 0; i < timing.edges_count; i++) {
+      EXPECT_GE(timing.edges[i].planned_us, last_us);
+      EXPECT_NEAR(timing.edges[i].actual_us, timing.edges[i].planned_us, 1);
+      last_us = timing.edges[i].planned_us;
+    }
+    request.body.timing.first_edge += timing.edges_count;
+  }
+  EXPECT_GT(total, 100u);
+}
+
+TEST_F(Rigd, MessageOfAnImpossibleLengthEndsTheConnection) {
+  RigProcess rigd(arguments());
+  const int port = rigd.port();
+  for (const std::vector<uint8_t>& prefix :
+       {std::vector<uint8_t>{0, 0, 0, 0}, {1, 0, 1, 0}, {0xFF, 0xFF, 0xFF, 0xFF}}) {
+    TestHost host(port);
+    host.ask(hello());
+    host.send_bytes(prefix);
+    lamella_v1_Reply reply;
+    ASSERT_TRUE(host.receive(&reply));
+    EXPECT_EQ(reply.body.refusal.code, lamella_v1_Refusal_Code_BAD_REQUEST);
+    EXPECT_FALSE(host.receive(&reply));
+  }
+  TestHost after(port);
+  EXPECT_EQ(after.ask(hello()).which_body, lamella_v1_Reply_welcome_tag);
+}
+
+TEST_F(Rigd, MessageInSingleBytesIsUnderstood) {
+  RigProcess rigd(arguments());
+  TestHost host(rigd.port());
+  lamella_v1_Request request = hello();
+  request.request_id = 1;
+  std::vector<uint8_t> message = encoded(request);
+  message.insert(message.begin(), {static_cast<uint8_t>(message.size()), 0, 0, 0});
+  for (const uint8_t byte : message) host.send_bytes({byte});
+  lamella_v1_Reply reply;
+  ASSERT_TRUE(host.receive(&reply));
+  EXPECT_EQ(reply.which_body, lamella_v1_Reply_welcome_tag);
+}
+
+TEST_F(Rigd, SecondHostIsTurnedAway) {
+  RigProcess rigd(arguments());
+  const int port = rigd.port();
+  TestHost first(port);
+  first.ask(hello());
+  TestHost second(port);
+  lamella_v1_Reply reply;
+  ASSERT_TRUE(second.receive(&reply));
+  EXPECT_EQ(reply.body.refusal.code, lamella_v1_Refusal_Code_WRONG_STATE);
+  EXPECT_FALSE(second.receive(&reply));
+  EXPECT_EQ(first.ask(request_of(lamella_v1_Request_status_tag)).which_body,
+            lamella_v1_Reply_status_tag);
+}
+
+TEST_F(Rigd, InjectedFaultsReachThePictures) {
+  RigProcess rigd(arguments({"--inject", "late-blank:6000"}));
+  TestHost host(rigd.port());
+  host.ask(hello());
+  const lamella_v1_FrameOffer offer = host.offers(host.run_burst())[0];
+  EXPECT_TRUE(offer.marked);
+  const std::vector<uint8_t> bytes = host.fetch(photograph(offer, 0));
+  EXPECT_NEAR(unpack_first_row(bytes.data())[0], 0.75 * 24 / 30, 0.001);
+}
+
+TEST_F(Rigd, SignalsStopItWithLightsOffEvenInTheMiddleOfABurst) {
+  for (const int number : {SIGTERM, SIGINT}) {
+    FakeTwin own;
+    auto all = arguments({"--clock", "real"});
+    all[5] = own.path();
+    RigProcess rigd(all);
+    TestHost host(rigd.port());
+    host.ask(hello());
+    host.ask(request_of(lamella_v1_Request_burst_tag));
+    rigd.signal(number);
+    EXPECT_EQ(rigd.exit_code(), 0);
+  }
+}
+
+TEST_F(Rigd, RefusesToListenBeyondLoopback) {
+  for (const std::string address : {"0.0.0.0:0", "192.168.1.2:7000", "8.8.8.8:1"}) {
+    expect_failure({"--listen", address}, 2, "only loopback");
+  }
+  for (const std::string address : {"127.0.0.1", "localhost:1", "127.0.0.1:99999", "::1:0"}) {
+    expect_failure({"--listen", address}, 2, "not ADDRESS:PORT");
+  }
+}
+
+TEST_F(Rigd, BadInputIsOneLineAndExitCodeTwo) {
+  expect_failure({"--rig", "/nowhere.rig"}, 2, "/nowhere.rig: cannot be read");
+  expect_failure({"--calibration", "/nowhere.json"}, 2, "/nowhere.json: cannot be read");
+  expect_failure({"--hal", "linux"}, 2, "--hal linux");
+  expect_failure({"--clock", "sundial"}, 2, "sundial");
+  expect_failure({"--inject", "flip-bit:9999"}, 2, "flip-bit:9999");
+  const std::string wrong = folder / "wrong.rig";
+  std::ofstream(wrong) << "# a rig\nleds.spi_hz = 99e6\n";
+  expect_failure({"--rig", wrong}, 2, wrong + ":2: 'leds.spi_hz' is 99000000");
+}
+
+TEST_F(Rigd, MissingTwinIsExitCodeThree) {
+  expect_failure({"--twin", "/nowhere/socket"}, 3, "no twin answers");
+}
