@@ -9,7 +9,7 @@ std::string one_line(const std::string& where, const std::string& problem,
   std::string line = where.empty() ? problem : where + ": " + problem;
   if (!remedy.empty()) line += "; " + remedy;
   for (char& c : line) {
-    if (c == '\n' || c == '\r') c = ' ';
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';  // no line ends, no escapes
   }
   return line;
 }

@@ -192,7 +192,7 @@ Reception receive_session(LinkClient* rig, const Burst& burst, const fs::path& f
   add_frames(&reception);
   receive_photographs(rig, folder, cameras, progress, &reception);
   reception.timing = rig->timing(burst);
-  write_json(folder / "timing.json", reception.timing);
+  write_json(folder / "timing.json", reception.timing, Defaults::kWritten);
   write_json(folder / "session.json", reception.manifest);
   blame_rig([&] { require_burst(read_session(folder)); });
   return reception;

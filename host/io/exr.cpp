@@ -16,7 +16,6 @@ namespace lamella {
 
 namespace {
 
-constexpr int kMaxSide = 32768;
 constexpr int kZipLevel = 1;  // level 4 halves the speed for 3 % of the size of float maps
 
 // Half values converted by OpenEXR into our own float planes (or interleaved vectors).
@@ -30,10 +29,12 @@ struct Plane {
 cv::Size checked_size(const Imf::InputFile& file, const fs::path& path) {
   const Imath::Box2i box = file.header().dataWindow();
   const long width = long(box.max.x) - box.min.x + 1, height = long(box.max.y) - box.min.y + 1;
-  if (width < 1 || height < 1 || width > kMaxSide || height > kMaxSide) {
-    throw_bad_input(path.string(), "data window of " + std::to_string(width) + "x" +
-                                       std::to_string(height) + " pixels",
-                    "at most 32768 pixels a side are read");
+  if (width < 1 || height < 1 || width > kMaxImageSide || height > kMaxImageSide ||
+      width * height > kMaxImagePixels) {
+    throw_bad_input(
+        path.string(),
+        "data window of " + std::to_string(width) + "x" + std::to_string(height) + " pixels",
+        "at most 32768 a side and 134 million are read");
   }
   return {int(width), int(height)};
 }
@@ -60,10 +61,22 @@ void require_channels(const Imf::InputFile& file, const std::vector<std::string>
   }
 }
 
+// OpenEXR would allocate for whatever a header asks before anybody can look at it.
+void bound_headers() {
+  static const bool once = [] {
+    Imf::Header::setMaxImageSize(kMaxImageSide, kMaxImageSide);
+    return true;
+  }();
+  (void)once;
+}
+
 template <class Read>
 auto reading(const fs::path& path, const Read& read) {
-  if (!fs::exists(path)) throw_bad_input(path.string(), "no such file");
+  std::error_code failed;
+  if (!fs::exists(path, failed)) throw_bad_input(path.string(), "no such file");
+  if (!fs::is_regular_file(path, failed)) throw_bad_input(path.string(), "not a file");
   try {
+    bound_headers();
     Imf::InputFile file(path.c_str(), 0);
     return read(file);
   } catch (const Error&) {
@@ -151,6 +164,10 @@ std::vector<Image1> read_exr(const fs::path& path, const std::vector<std::string
     read_planes(file, planes);
     return images;
   });
+}
+
+cv::Size exr_size(const fs::path& path) {
+  return reading(path, [&](Imf::InputFile& file) { return checked_size(file, path); });
 }
 
 std::vector<std::string> exr_channels(const fs::path& path) {

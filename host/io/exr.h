@@ -1,6 +1,7 @@
 // OpenEXR files in and out. Errors name the file; a file is written whole or not at all.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <string>
@@ -13,6 +14,10 @@ namespace lamella {
 
 namespace fs = std::filesystem;
 
+// What is read at most, in pixels: a damaged header must not ask for more memory than there is.
+inline constexpr int kMaxImageSide = 32768;
+inline constexpr int64_t kMaxImagePixels = int64_t(1) << 27;
+
 // Channels R, G, B (half or float) as linear rgb. Throws Error where a channel is missing, the file
 // is truncated or not EXR.
 Image3 read_exr_rgb(const fs::path& path);
@@ -22,6 +27,9 @@ Image3 read_exr_xyz(const fs::path& path);
 
 // Any channels by name, in the order asked for.
 std::vector<Image1> read_exr(const fs::path& path, const std::vector<std::string>& channels);
+
+// Width and height, from the header alone.
+cv::Size exr_size(const fs::path& path);
 
 // Names of the channels of a file, sorted.
 std::vector<std::string> exr_channels(const fs::path& path);

@@ -9,17 +9,28 @@
 
 namespace lamella {
 
-// Parses `text` into `message`. A wrong type or value throws Error that names `where` and the field;
-// unknown fields are ignored and come back, one line each.
+// proto3 JSON writes what is not a finite number as "NaN", "Infinity" or "-Infinity".
+enum class NonFinite { kRefused, kAllowed };
+
+// Parses `text` into `message`. A wrong type or value throws Error that names `where` and the
+// field, like "session.json: frames[3].exposure_us"; unknown fields are ignored and come back, one
+// each.
 std::vector<std::string> parse_json(const std::string& text, const std::string& where,
-                                    google::protobuf::Message* message);
+                                    google::protobuf::Message* message,
+                                    NonFinite non_finite = NonFinite::kRefused);
 
 std::vector<std::string> read_json(const std::filesystem::path& path,
-                                   google::protobuf::Message* message);
+                                   google::protobuf::Message* message,
+                                   NonFinite non_finite = NonFinite::kRefused);
 
-std::string to_json(const google::protobuf::Message& message);
+// Fields that hold what proto3 calls their default (0, false, "") are left out, or written too.
+enum class Defaults { kLeftOut, kWritten };
+
+std::string to_json(const google::protobuf::Message& message,
+                    Defaults defaults = Defaults::kLeftOut);
 
 // Whole or not at all.
-void write_json(const std::filesystem::path& path, const google::protobuf::Message& message);
+void write_json(const std::filesystem::path& path, const google::protobuf::Message& message,
+                Defaults defaults = Defaults::kLeftOut);
 
 }  // namespace lamella

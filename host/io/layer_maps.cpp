@@ -1,11 +1,11 @@
 #include "io/layer_maps.h"
 
 #include <functional>
-#include <opencv2/imgcodecs.hpp>
 
 #include "base/error.h"
 #include "base/parallel.h"
 #include "io/json.h"
+#include "io/labels.h"
 #include "io/whole_file.h"
 
 namespace lamella {
@@ -57,10 +57,21 @@ void write_normal_diffuse(const fs::path& file, const LayerMaps& maps) {
   write_exr(file, channels);
 }
 
-void write_labels(const fs::path& file, const Labels& labels) {
-  std::vector<uchar> png;
-  cv::imencode(".png", labels, png);
-  write_whole_text(file, std::string(png.begin(), png.end()));
+}  // namespace
+
+namespace {
+
+// Every map shows the same pixels.
+void require_one_size(const fs::path& folder, const LayerMaps& maps) {
+  const auto require = [&](const std::string& file, cv::Size size) {
+    if (size.empty() || size == maps.position_mm.size()) return;
+    throw_bad_input((folder / file).string(), "has another size than position.exr");
+  };
+  for (const Map3& m : kMaps3) require(std::string(m.name) + ".exr", (maps.*m.member).size());
+  require("normal_diffuse.exr", maps.normal_diffuse[0].size());
+  require("specular_intensity.exr", maps.specular_intensity.size());
+  require("regions.png", maps.regions.size());
+  for (const auto& [name, plane] : maps.confidence) require("confidence.exr", plane.size());
 }
 
 }  // namespace
@@ -85,8 +96,8 @@ LayerMaps read_layer_maps(const fs::path& folder) {
     const std::vector<Image1> planes = read_exr(at("confidence"), names);
     for (size_t i = 0; i < names.size(); ++i) maps.confidence[names[i]] = planes[i];
   }
-  maps.regions = cv::imread((folder / "regions.png").string(), cv::IMREAD_GRAYSCALE);
-  if (maps.regions.empty()) throw_bad_input((folder / "regions.png").string(), "cannot be read");
+  maps.regions = read_labels(folder / "regions.png");
+  require_one_size(folder, maps);
   return maps;
 }
 
@@ -121,7 +132,7 @@ void write_layer_maps(const fs::path& folder, const LayerMaps& maps) {
 
 v1::Layers read_layers(const fs::path& file) {
   v1::Layers layers;
-  read_json(file, &layers);
+  read_json(file, &layers, NonFinite::kAllowed);
   return layers;
 }
 

@@ -8,16 +8,20 @@ namespace {
 
 using Values = google::protobuf::RepeatedField<double>;
 
+constexpr double kLargest = 1e9;  // of any number in a calibration: its square is a finite float
+
+void require_finite(double value, const std::string& where) {
+  if (!(std::abs(value) <= kLargest)) throw_bad_input(where, "not a finite, sensible number");
+}
+
 void require_finite(const Values& values, const std::string& where) {
-  for (double v : values) {
-    if (!std::isfinite(v)) throw_bad_input(where, "not a finite number");
-  }
+  for (double v : values) require_finite(v, where);
 }
 
 void require_count(const Values& values, int count, const std::string& where) {
   if (values.size() != count) {
-    throw_bad_input(where, std::to_string(values.size()) + " numbers, expected " +
-                               std::to_string(count));
+    throw_bad_input(where,
+                    std::to_string(values.size()) + " numbers, expected " + std::to_string(count));
   }
   require_finite(values, where);
 }
@@ -30,7 +34,12 @@ void require_rotation(const Mat33d& r, const std::string& where) {
 
 double positive(bool given, double value, const std::string& where) {
   if (!given) throw_bad_input(where, "missing");
-  if (!(value > 0) || !std::isfinite(value)) throw_bad_input(where, "must be a positive number");
+  if (!(value > 0 && value <= kLargest)) throw_bad_input(where, "must be a positive number");
+  return value;
+}
+
+double not_negative(double value, const std::string& where) {
+  if (!(value >= 0 && value <= kLargest)) throw_bad_input(where, "must not be negative");
   return value;
 }
 
@@ -55,19 +64,32 @@ Mat33d matrix_from(const Values& values, const std::string& where) {
   return Mat33d(values.data());
 }
 
+namespace {
+
+void require_readable_size(const v1::Camera& m, const std::string& where) {
+  const double width = positive(m.has_width(), m.width(), where + ".width");
+  const double height = positive(m.has_height(), m.height(), where + ".height");
+  if (width > kMaxImageSide) throw_bad_input(where + ".width", "more than 32768 pixels");
+  if (height > kMaxImageSide) throw_bad_input(where + ".height", "more than 32768 pixels");
+  if (width * height > double(kMaxImagePixels)) {
+    throw_bad_input(where + ".width", "with .height, more than 134 million pixels");
+  }
+}
+
+}  // namespace
+
 Camera camera_from_message(const v1::Camera& m, const std::string& where) {
   Camera c;
   c.id = m.id();
-  c.width = int(positive(m.has_width(), m.width(), where + ".width"));
-  c.height = int(positive(m.has_height(), m.height(), where + ".height"));
-  if (c.width > 32768 || c.height > 32768) {
-    throw_bad_input(where + (c.width > 32768 ? ".width" : ".height"),
-                    "more than 32768 pixels a side");
-  }
+  require_readable_size(m, where);
+  c.width = int(m.width());
+  c.height = int(m.height());
   c.fx = positive(m.has_fx(), m.fx(), where + ".fx");
   c.fy = positive(m.has_fy(), m.fy(), where + ".fy");
-  if (!m.has_cx() || !std::isfinite(m.cx())) throw_bad_input(where + ".cx", "missing");
-  if (!m.has_cy() || !std::isfinite(m.cy())) throw_bad_input(where + ".cy", "missing");
+  if (!m.has_cx()) throw_bad_input(where + ".cx", "missing");
+  if (!m.has_cy()) throw_bad_input(where + ".cy", "missing");
+  require_finite(m.cx(), where + ".cx");
+  require_finite(m.cy(), where + ".cy");
   c.cx = m.cx();
   c.cy = m.cy();
   if (m.distortion_size() > 0) {
@@ -79,9 +101,10 @@ Camera camera_from_message(const v1::Camera& m, const std::string& where) {
   require_count(m.translation_mm(), 3, where + ".translation_mm");
   c.translation_mm = Vec3d(m.translation_mm().data());
   if (m.has_saturation()) c.saturation = positive(true, m.saturation(), where + ".saturation");
-  if (m.has_read_noise()) c.read_noise = m.read_noise();
-  if (m.has_full_well_electrons()) c.full_well_electrons = m.full_well_electrons();
-  if (m.has_extinction()) c.extinction = m.extinction();
+  c.read_noise = not_negative(m.read_noise(), where + ".read_noise");
+  c.full_well_electrons = not_negative(m.full_well_electrons(), where + ".full_well_electrons");
+  c.extinction = not_negative(m.extinction(), where + ".extinction");
+  if (c.extinction > 0.5) throw_bad_input(where + ".extinction", "more than half");
   return c;
 }
 
@@ -120,6 +143,7 @@ std::vector<Led> leds_from_message(const v1::Rig& m, const std::string& where) {
     }
     if (m.leds(i).intensity_size() > 0) {
       led.intensity = vec3_from(m.leds(i).intensity(), at + ".intensity");
+      for (int c = 0; c < 3; ++c) not_negative(led.intensity[c], at + ".intensity");
     }
     leds.push_back(led);
   }

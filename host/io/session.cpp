@@ -1,10 +1,12 @@
 #include "io/session.h"
 
+#include <algorithm>
 #include <array>
-#include <opencv2/imgcodecs.hpp>
+#include <cmath>
 
 #include "base/error.h"
 #include "io/json.h"
+#include "io/labels.h"
 #include "io/rig_message.h"
 
 namespace lamella {
@@ -15,6 +17,9 @@ constexpr std::array kRoles = {"GRADIENT_FULL", "GRADIENT_X", "GRADIENT_Y", "GRA
                                "FRINGE",        "BLACK",      "DOTS",       "FRONT",
                                "STRIPES",       "AMBIENT",    "VALIDATION"};
 
+constexpr unsigned kLargestStep = 9999;
+constexpr double kLongest_us = 1e12;
+
 std::string field(const Session& s, const std::string& name) {
   return (s.path / "session.json").string() + ": " + name;
 }
@@ -24,6 +29,9 @@ void read_cameras(const v1::Rig& rig, Session* s) {
   for (int i = 0; i < rig.cameras_size(); ++i) {
     const std::string at = field(*s, "rig.cameras[" + std::to_string(i) + "]");
     Camera camera = camera_from_message(rig.cameras(i), at);
+    if (camera.id == "left" ? has_left : s->right.has_value()) {
+      throw_bad_input(at + ".id", "a second camera \"" + camera.id + "\"");
+    }
     if (camera.id == "left") {
       s->left = camera;
       has_left = true;
@@ -64,6 +72,14 @@ void read_patterns(const v1::Patterns& m, Session* s) {
   }
 }
 
+std::string size_words(cv::Size size) {
+  return std::to_string(size.width) + "x" + std::to_string(size.height);
+}
+
+void require_time(double time_us, const std::string& at) {
+  if (!(std::abs(time_us) < kLongest_us)) throw_bad_input(at, "not a time within a burst");
+}
+
 Frame frame_from_message(const v1::Frame& m, const std::string& at) {
   if (!m.has_step()) throw_bad_input(at + ".step", "missing");
   if (!m.has_role() || m.role() == v1::Frame::ROLE_UNSPECIFIED) {
@@ -75,6 +91,12 @@ Frame frame_from_message(const v1::Frame& m, const std::string& at) {
   if (!m.has_camera()) throw_bad_input(at + ".camera", "missing");
   if (!m.has_file()) throw_bad_input(at + ".file", "missing");
   Frame f;
+  if (m.step() > kLargestStep) throw_bad_input(at + ".step", "more than 9999");
+  if (m.index() > kLargestStep) throw_bad_input(at + ".index", "more than 9999");
+  require_time(m.exposure_us(), at + ".exposure_us");
+  require_time(m.trigger_us(), at + ".trigger_us");
+  require_time(m.light_on_us(), at + ".light_on_us");
+  require_time(m.light_off_us(), at + ".light_off_us");
   f.step = int(m.step());
   f.role = Role(int(m.role()) - 1);
   f.index = int(m.index());
@@ -111,24 +133,47 @@ bool is_duplicate(const Session& s, const Frame& frame) {
   return other && (frame.camera == "left" || other->step == frame.step);
 }
 
+// A file that the manifest names must be one, inside the session.
+void require_file(const Session& s, const std::string& name, const std::string& at) {
+  const fs::path file = fs::path(name).lexically_normal();
+  if (file.is_absolute() || (!file.empty() && *file.begin() == "..")) {
+    throw_bad_input(at, "\"" + name + "\" lies outside the session");
+  }
+  std::error_code failed;
+  if (!fs::is_regular_file(s.path / file, failed)) {
+    throw_bad_input(at, "no such file: " + (s.path / file).string());
+  }
+}
+
 void read_frames(const v1::Session& m, Session* s) {
   for (int i = 0; i < m.frames_size(); ++i) {
     const std::string at = field(*s, "frames[" + std::to_string(i) + "]");
     Frame frame = frame_from_message(m.frames(i), at);
     const bool known = frame.camera == "left" || (frame.camera == "right" && s->right);
     if (!known) throw_bad_input(at + ".camera", "no camera \"" + frame.camera + "\" in the rig");
-    const fs::path file = frame.file;
-    if (file.is_absolute() || file.lexically_normal().string().starts_with("..")) {
-      throw_bad_input(at + ".file", "\"" + frame.file + "\" lies outside the session");
-    }
-    if (!fs::exists(s->path / file)) {
-      throw_bad_input(at + ".file", "no such file: " + (s->path / file).string());
-    }
+    require_file(*s, frame.file, at + ".file");
+    if (!frame.view.empty()) require_file(*s, frame.view, at + ".view");
     if (is_duplicate(*s, frame)) {
       throw_bad_input(at + ".role", "a second frame of the same camera, role, index and analyser");
     }
     s->frames.push_back(std::move(frame));
   }
+}
+
+void read_region_names(const v1::Regions& m, Session* s) {
+  if (m.file().empty()) throw_bad_input(field(*s, "regions.file"), "missing");
+  require_file(*s, m.file(), field(*s, "regions.file"));
+  if (m.names_size() > 256) throw_bad_input(field(*s, "regions.names"), "more than 256");
+  for (int i = 0; i < m.names_size(); ++i) {
+    const bool twice =
+        std::find(m.names().begin(), m.names().begin() + i, m.names(i)) != m.names().begin() + i;
+    if (m.names(i).empty() || twice) {
+      throw_bad_input(field(*s, "regions.names[" + std::to_string(i) + "]"),
+                      twice ? "\"" + m.names(i) + "\" is named twice" : "empty");
+    }
+  }
+  s->regions_file = m.file();
+  s->region_names.assign(m.names().begin(), m.names().end());
 }
 
 void require(const Session& s, Role role, int index, Analyser analyser) {
@@ -187,10 +232,7 @@ Session read_session(const fs::path& path) {
   }
   read_patterns(m.patterns(), &s);
   read_frames(m, &s);
-  if (m.has_regions()) {
-    s.regions_file = m.regions().file();
-    s.region_names.assign(m.regions().names().begin(), m.regions().names().end());
-  }
+  if (m.has_regions()) read_region_names(m.regions(), &s);
   return s;
 }
 
@@ -212,13 +254,13 @@ Photograph read_photograph(const Session& session, const Frame& frame) {
   const fs::path file = session.path / frame.file;
   const Camera& camera = session.camera(frame.camera);
   Photograph p;
-  p.radiance = read_exr_rgb(file);
-  if (p.radiance.cols != camera.width || p.radiance.rows != camera.height) {
-    throw_bad_input(file.string(),
-                    std::to_string(p.radiance.cols) + "x" + std::to_string(p.radiance.rows) +
-                        " pixels, but rig.cameras." + frame.camera + " has " +
-                        std::to_string(camera.width) + "x" + std::to_string(camera.height));
+  const cv::Size size = exr_size(file);  // before its pixels: they may be very many
+  if (size.width != camera.width || size.height != camera.height) {
+    throw_bad_input(file.string(), size_words(size) + " pixels, but the " + frame.camera +
+                                       " camera (rig.cameras) has " +
+                                       size_words({camera.width, camera.height}));
   }
+  p.radiance = read_exr_rgb(file);
   p.clipped = Mask(p.radiance.size(), 0);
   const float saturation = float(camera.saturation);
   for (int y = 0; y < p.radiance.rows; ++y) {
@@ -237,32 +279,39 @@ Photograph read_photograph(const Session& session, const Frame& frame) {
   return p;
 }
 
-Labels read_regions(const Session& session) {
-  const fs::path file = session.path / session.regions_file;
-  cv::Mat image;
-  if (fs::exists(file)) image = cv::imread(file.string(), cv::IMREAD_UNCHANGED);
-  if (image.empty())
-    throw_bad_input(field(session, "regions.file"), "cannot read " + file.string());
-  if (image.type() != CV_8UC1) throw_bad_input(file.string(), "not an 8-bit grey label image");
-  if (image.cols != session.left.width || image.rows != session.left.height) {
-    throw_bad_input(file.string(), "size disagrees with the left camera");
-  }
-  std::vector<int> count(256, 0);
-  for (int y = 0; y < image.rows; ++y) {
-    for (int x = 0; x < image.cols; ++x) ++count[image.at<uchar>(y, x)];
-  }
+namespace {
+
+// Every label has a name, every name has pixels.
+void require_named(const Session& session, const fs::path& file, const Labels& labels) {
+  std::array<int, 256> count{};
+  for (const uchar label : labels) ++count[label];
   const size_t named = session.region_names.size();
-  for (size_t label = 0; label < 256; ++label) {
-    if (label >= std::max<size_t>(named, 1) && count[label] > 0) {
+  for (size_t label = 1; label < count.size(); ++label) {
+    if (label >= named && count[label] > 0) {
       throw_bad_input(file.string(), "label " + std::to_string(label) + " has no name",
                       "name it in session.json: regions.names");
     }
-    if (label > 0 && label < named && count[label] == 0) {
-      throw_bad_input(file.string(), "region \"" + session.region_names[label] + "\" is empty",
+    if (label < named && count[label] == 0) {
+      throw_bad_input(file.string(),
+                      "region \"" + session.region_names[label] + "\" (regions.names[" +
+                          std::to_string(label) + "]) is empty",
                       "remove its name or paint it");
     }
   }
-  return image;
+}
+
+}  // namespace
+
+Labels read_regions(const Session& session) {
+  const fs::path file = session.path / session.regions_file;
+  const Labels labels = read_labels(file);
+  if (labels.cols != session.left.width || labels.rows != session.left.height) {
+    throw_bad_input(file.string(), size_words(labels.size()) +
+                                       " pixels, but the left camera (rig.cameras) has " +
+                                       size_words({session.left.width, session.left.height}));
+  }
+  require_named(session, file, labels);
+  return labels;
 }
 
 }  // namespace lamella

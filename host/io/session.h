@@ -13,13 +13,22 @@
 namespace lamella {
 
 enum class Role {
-  kGradientFull, kGradientX, kGradientY, kGradientZ,
-  kFringe, kBlack, kDots, kFront, kStripes, kAmbient, kValidation,
+  kGradientFull,
+  kGradientX,
+  kGradientY,
+  kGradientZ,
+  kFringe,
+  kBlack,
+  kDots,
+  kFront,
+  kStripes,
+  kAmbient,
+  kValidation,
 };
 
 enum class Analyser { kParallel, kCross };
 
-const char* role_name(Role role);          // as in the manifest: "GRADIENT_FULL"
+const char* role_name(Role role);  // as in the manifest: "GRADIENT_FULL"
 const char* analyser_name(Analyser analyser);
 
 struct Frame {
@@ -33,7 +42,7 @@ struct Frame {
   double trigger_us = 0;
   std::optional<double> light_on_us, light_off_us;
   Vec3 radiance_scale{1, 1, 1};
-  std::string view;                        // VALIDATION only
+  std::string view;                          // VALIDATION only
   Mat33d illuminant_to_led = Mat33d::eye();  // VALIDATION only
 };
 

@@ -20,6 +20,11 @@ Light light_from_message(const v1::Light& m, const std::string& at, const fs::pa
   Light light;
   if (m.radiance_at_origin_size() > 0) {
     light.radiance_at_origin = three(m.radiance_at_origin(), at + ".radiance_at_origin");
+    for (int c = 0; c < 3; ++c) {
+      if (light.radiance_at_origin[c] < 0) {
+        throw_bad_input(at + ".radiance_at_origin", "must not be negative");
+      }
+    }
   }
   switch (m.kind()) {
     case v1::Light::POINT:
@@ -29,6 +34,9 @@ Light light_from_message(const v1::Light& m, const std::string& at, const fs::pa
     case v1::Light::LEDS:
       light.kind = Light::Kind::kLeds;
       light.weights.assign(m.weights().begin(), m.weights().end());
+      for (float w : light.weights) {
+        if (!(w >= 0) || !is_finite(w)) throw_bad_input(at + ".weights", "must not be negative");
+      }
       if (light.weights.size() != led_count) {
         throw_bad_input(at + ".weights", std::to_string(light.weights.size()) +
                                              " numbers, the session has " +
@@ -41,7 +49,7 @@ Light light_from_message(const v1::Light& m, const std::string& at, const fs::pa
     case v1::Light::ENVIRONMENT:
       light.kind = Light::Kind::kEnvironment;
       light.file = folder / m.file();
-      if (m.file().empty() || !fs::exists(light.file)) {
+      if (m.file().empty() || !fs::is_regular_file(light.file)) {
         throw_bad_input(at + ".file", "no such file: " + light.file.string());
       }
       break;
@@ -55,11 +63,14 @@ Light light_from_message(const v1::Light& m, const std::string& at, const fs::pa
 
 View read_view(const fs::path& file, size_t led_count) {
   v1::View m;
-  read_json(file, &m);
+  const std::vector<std::string> unknown = read_json(file, &m);
   const std::string where = file.string() + ": ";
   if (!m.has_camera()) throw_bad_input(where + "camera", "missing");
   if (m.lights_size() == 0) throw_bad_input(where + "lights", "missing");
   View view;
+  for (const std::string& name : unknown) {
+    view.warnings.push_back(where + name + ": unknown field, ignored");
+  }
   view.camera = camera_from_message(m.camera(), where + "camera");
   for (int i = 0; i < m.lights_size(); ++i) {
     const std::string at = where + "lights[" + std::to_string(i) + "]";
