@@ -182,6 +182,11 @@ std::vector<std::string> exr_channels(const fs::path& path) {
 void write_exr(const fs::path& path, const std::vector<std::pair<std::string, Image1>>& channels,
                PixelType type) {
   if (channels.empty()) throw_bad_input(path.string(), "no channels to write");
+  for (const auto& [name, image] : channels) {
+    if (image.size() != channels.front().second.size()) {
+      throw_bad_input(path.string(), "channel " + name + " has another size than the first");
+    }
+  }
   std::vector<std::pair<std::string, cv::Mat>> stored;
   if (type == PixelType::kHalf) {
     stored = as_half(channels);

@@ -1,0 +1,109 @@
+#include "io/layer_maps.h"
+
+#include "io/expect_error.h"
+#include "io/fake_session.h"
+#include "io/whole_file.h"
+
+namespace lamella {
+namespace {
+
+using testing::complaint;
+using testing::names;
+using testing::ScratchFolder;
+
+Image3 plane(float base) {
+  Image3 image(5, 4);
+  for (int y = 0; y < 5; ++y) {
+    for (int x = 0; x < 4; ++x) image(y, x) = Vec3(base + float(x), float(y), base);
+  }
+  image(0, 0) = Vec3(kNaN, kNaN, kNaN);
+  return image;
+}
+
+LayerMaps all_maps() {
+  LayerMaps m;
+  m.position_mm = plane(1);
+  m.normal_specular = plane(2);
+  for (int c = 0; c < 3; ++c) m.normal_diffuse[c] = plane(3 + float(c));
+  m.specular_intensity = Image1(5, 4, 0.25f);
+  m.single_albedo = plane(6);
+  m.total_albedo = plane(7);
+  m.shallow_albedo = plane(8);
+  m.deep_albedo = plane(9);
+  m.deep_alpha = plane(10);
+  m.deep_ld_mm = plane(11);
+  m.confidence["position"] = Image1(5, 4, 0.5f);
+  m.regions = Labels(5, 4, uchar(3));
+  return m;
+}
+
+bool same(const Image3& a, const Image3& b) {
+  if (a.size() != b.size()) return false;
+  return std::memcmp(a.data, b.data, a.total() * sizeof(Vec3)) == 0 || [&] {
+    for (int y = 0; y < a.rows; ++y) {
+      for (int x = 0; x < a.cols; ++x) {
+        const bool unknown = !is_finite(a(y, x)) && !is_finite(b(y, x));
+        if (!unknown && a(y, x) != b(y, x)) return false;
+      }
+    }
+    return true;
+  }();
+}
+
+TEST(LayerMaps, ComeBackAsTheyWereWritten) {
+  const ScratchFolder scratch;
+  const LayerMaps maps = all_maps();
+  write_layer_maps(scratch.path(), maps);
+  const LayerMaps back = read_layer_maps(scratch.path());
+  EXPECT_TRUE(same(back.position_mm, maps.position_mm));
+  EXPECT_TRUE(same(back.normal_specular, maps.normal_specular));
+  for (int c = 0; c < 3; ++c) EXPECT_TRUE(same(back.normal_diffuse[c], maps.normal_diffuse[c]));
+  EXPECT_TRUE(same(back.single_albedo, maps.single_albedo));
+  EXPECT_TRUE(same(back.total_albedo, maps.total_albedo));
+  EXPECT_TRUE(same(back.shallow_albedo, maps.shallow_albedo));
+  EXPECT_TRUE(same(back.deep_albedo, maps.deep_albedo));
+  EXPECT_TRUE(same(back.deep_alpha, maps.deep_alpha));
+  EXPECT_TRUE(same(back.deep_ld_mm, maps.deep_ld_mm));
+  EXPECT_EQ(back.specular_intensity(4, 3), 0.25f);
+  EXPECT_EQ(back.confidence.at("position")(4, 3), 0.5f);
+  EXPECT_EQ(back.regions(4, 3), 3);
+}
+
+TEST(LayerMaps, HaveTheChannelNamesOfTheFormat) {
+  const ScratchFolder scratch;
+  write_layer_maps(scratch.path(), all_maps());
+  using Channels = std::vector<std::string>;
+  EXPECT_EQ(exr_channels(scratch.path() / "position.exr"), (Channels{"X", "Y", "Z"}));
+  EXPECT_EQ(exr_channels(scratch.path() / "specular_intensity.exr"), Channels{"Y"});
+  EXPECT_EQ(exr_channels(scratch.path() / "deep_ld.exr"), (Channels{"B", "G", "R"}));
+  EXPECT_EQ(exr_channels(scratch.path() / "normal_diffuse.exr").size(), 9u);
+  EXPECT_EQ(exr_channels(scratch.path() / "confidence.exr"), Channels{"position"});
+}
+
+TEST(LayerMaps, MustAllShowTheSamePixels) {
+  const ScratchFolder scratch;
+  LayerMaps maps = all_maps();
+  maps.deep_albedo = Image3(4, 4, Vec3(0, 0, 0));
+  write_layer_maps(scratch.path(), maps);
+  EXPECT_TRUE(names(complaint([&] { read_layer_maps(scratch.path()); }),
+                    {"deep_albedo.exr", "another size"}));
+}
+
+TEST(LayerMaps, NeedPositionsAndNormals) {
+  const ScratchFolder scratch;
+  LayerMaps maps = all_maps();
+  maps.normal_specular = Image3();
+  write_layer_maps(scratch.path(), maps);
+  EXPECT_TRUE(names(complaint([&] { read_layer_maps(scratch.path()); }), {"normal_specular.exr"}));
+}
+
+TEST(Layers, MayHoldFiguresThatAreNotKnown) {
+  const ScratchFolder scratch;
+  write_whole_text(scratch.path() / "layers.json",
+                   R"({"regions": [{"name": "lips", "deep": {"ld_mm": [1, "NaN", 2]}}]})");
+  const v1::Layers layers = read_layers(scratch.path() / "layers.json");
+  EXPECT_TRUE(std::isnan(layers.regions(0).deep().ld_mm(1)));
+}
+
+}  // namespace
+}  // namespace lamella
