@@ -10,6 +10,7 @@ namespace lamella::fit {
 namespace {
 
 constexpr int kTilePx = 16;
+constexpr int kSampleStepPx = 3;
 constexpr int kContrastRounds = 3;
 constexpr float kFullContrast = 0.5f;
 constexpr float kLeastContrast = 0.02f;
@@ -71,7 +72,12 @@ class ContrastField {
 class Level {
  public:
   Level(const Image3& fringe, const Image3& white, const Mask& wanted, const NoiseModel& noise)
-      : fringe_(fringe), white_(white), wanted_(wanted), noise_(noise), contrast_(fringe.size()) {}
+      : fringe_(fringe),
+        white_(white),
+        wanted_(wanted),
+        read_variance_(1.25f * float(noise.read_variance)),
+        photon_variance_(0.75f * float(noise.photon_variance_per_unit)),
+        contrast_(fringe.size()) {}
 
   // Phase from the present contrasts, contrasts from that phase; a few rounds settle.
   void measure_contrast() {
@@ -90,8 +96,8 @@ class Level {
     for (int c = 0; c < 3; ++c) {
       const float white = std::max(w[c], 1e-6f);
       modulation[c] = fringe_(y, x)[c] / white - kFullContrast;
-      // Both the fringe (about half white) and the white it is divided by are noisy.
-      const float variance = noise_.variance(0.5f * white) + 0.25f * noise_.variance(white);
+      // Of the fringe (about half white) over the white, both noisy.
+      const float variance = read_variance_ + photon_variance_ * white;
       weight[c] = w[c] > 0 ? white * white / std::max(variance, 1e-12f) : 0.f;
     }
     return solve_phasor(modulation, contrast_.at(y, x), weight);
@@ -102,11 +108,11 @@ class Level {
     *num = *den = Vec3(0, 0, 0);
     const int y1 = std::min((i + 1) * kTilePx, fringe_.rows);
     const int x1 = std::min((j + 1) * kTilePx, fringe_.cols);
-    for (int y = i * kTilePx; y < y1; y += 2) {
-      for (int x = j * kTilePx + (y / 2) % 2; x < x1; x += 2) {
+    for (int y = i * kTilePx; y < y1; y += kSampleStepPx) {
+      for (int x = j * kTilePx + y / kSampleStepPx % 2; x < x1; x += kSampleStepPx) {
         if (!wanted_(y, x)) continue;
         const Phasor p = at(y, x);
-        const float length = std::hypot(p.cosine, p.sine);
+        const float length = std::sqrt(p.cosine * p.cosine + p.sine * p.sine);
         if (!(p.variance < kMostPhaseSigma * kMostPhaseSigma) || length < kLeastModulation)
           continue;
         for (int c = 0; c < 3; ++c) {
@@ -142,7 +148,8 @@ class Level {
   const Image3& fringe_;
   const Image3& white_;
   const Mask& wanted_;
-  const NoiseModel& noise_;
+  float read_variance_;
+  float photon_variance_;
   ContrastField contrast_;
 };
 
@@ -155,7 +162,7 @@ void unwrap(const Level& level, double periods, double width_px, ProjectorColumn
       if (std::isnan(u)) continue;
       const Phasor p = level.at(y, x);
       if (!(p.variance < kMostPhaseSigma * kMostPhaseSigma) ||
-          std::hypot(p.cosine, p.sine) < kLeastModulation) {
+          p.cosine * p.cosine + p.sine * p.sine < kLeastModulation * kLeastModulation) {
         u = kNaN;
         continue;
       }

@@ -4,7 +4,7 @@ namespace lamella::fit {
 
 namespace {
 
-constexpr int kRounds = 4;
+constexpr int kRounds = 3;
 
 Lanes splat(float value) { return Lanes{} + value; }
 
@@ -42,6 +42,7 @@ LaneVec3 lambertian_mean_direction(const LedsFrom& leds, int channel, const Lane
 LaneVec3 invert_mean_direction(const LedsFrom& leds, int channel, const LaneVec3& mean_direction,
                                const LaneVec3& guess) {
   LaneVec3 normal = guess;
+  normalise(&normal);
   for (int round = 0; round < kRounds; ++round) {
     const LaneVec3 predicted = lambertian_mean_direction(leds, channel, normal);
     for (size_t a = 0; a < 3; ++a) normal[a] += 1.5f * (mean_direction[a] - predicted[a]);

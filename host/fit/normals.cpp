@@ -1,5 +1,8 @@
 #include "fit/normals.h"
 
+#include <algorithm>
+#include <optional>
+
 #include "base/parallel.h"
 #include "fit/gradient_inversion.h"
 #include "fit/occlusion.h"
@@ -37,55 +40,84 @@ Image1 distances(const Burst& burst, const Image3& scene_mm) {
   return mm;
 }
 
-// Everything the inversion of one channel reads.
+// Everything the inversion reads.
 struct DiffuseField {
+  const LightStage& stage;
+  const Image3& position_mm;
   const cv::Mat_<DiffuseMoments>& moments;
   const Image1& distance_mm;
-  const Surroundings* around = nullptr;  // null: no correction
-  const std::vector<OcclusionAtNode>* occlusion = nullptr;
-  float px_mm = 1;
+  float px_mm;
+  const Surroundings& around;
+  const std::vector<OcclusionAtNode>& occlusion;
 };
 
-Vec3 corrected_direction(const DiffuseField& field, int y, int x, int channel) {
-  Vec3 m = mean_direction(field.moments(y, x), channel);
-  if (!field.around) return m;
-  const NodeBlend blend = blend_nodes(*field.around, field.distance_mm, y, x, field.px_mm);
-  for (size_t k = 0; k < 4; ++k) {
-    if (blend.weight[k] <= 0) break;
-    m -= (*field.occlusion)[size_t(blend.node[k])].bend[size_t(channel)] * blend.weight[k];
-  }
-  return m;
+// One normal a node, of the green channel, with shadows and bounces as `occlusion` has them.
+void invert_nodes(const DiffuseField& field, Image3* normal) {
+  parallel_for(int(field.around.pixel.size()), [&](int node) {
+    const cv::Point p = field.around.pixel[size_t(node)];
+    const LedsFrom leds(field.stage, field.position_mm(p));
+    Vec3 m = mean_direction(field.moments(p), 1);
+    if (!field.occlusion.empty()) m -= field.occlusion[size_t(node)].bend[1];
+    (*normal)(p) = invert_mean_direction(leds, 1, m, unit(m));
+  }, 16);
 }
 
-void invert_pixels(const Burst& burst, const Image3& position_mm, const DiffuseField& field,
-                   std::array<Image3, 3>* normal) {
-  const int cells = (burst.regions.cols + kLanes - 1) / kLanes;
-  parallel_for((burst.regions.rows + kLanes - 1) / kLanes, [&](int row) {
-    for (int cell = 0; cell < cells; ++cell) {
-      std::vector<LedsFrom> leds;  // as the cell's first labelled pixel sees them
-      for (int y = row * kLanes; y < std::min((row + 1) * kLanes, burst.regions.rows); ++y) {
-        const int x0 = cell * kLanes, x1 = std::min(x0 + kLanes, burst.regions.cols);
-        int first = x0;
-        while (first < x1 && !is_finite(position_mm(y, first))) ++first;
-        if (first == x1) continue;
-        if (leds.empty()) leds.emplace_back(burst.session->stage, position_mm(y, first));
-        for (int c = 0; c < 3; ++c) {
-          LaneVec3 m{}, n{};
-          for (int x = x0; x < x1; ++x) {
-            const Vec3 v = is_finite(position_mm(y, x)) ? corrected_direction(field, y, x, c)
-                                                        : Vec3(0, 0, 0.5f);
-            const Vec3 g = unit(v);
-            for (int a = 0; a < 3; ++a) {
-              m[size_t(a)][x - x0] = v[a];
-              n[size_t(a)][x - x0] = g[a];
-            }
-          }
-          n = invert_mean_direction(leds[0], c, m, n);
-          for (int x = x0; x < x1; ++x) {
-            if (!is_finite(position_mm(y, x))) continue;
-            (*normal)[size_t(c)](y, x) = Vec3(n[0][x - x0], n[1][x - x0], n[2][x - x0]);
-          }
-        }
+// Eight pixels of a row.
+struct Octet {
+  std::array<LaneVec3, 3> mean_direction{};  // per channel, shadows and bounces removed
+  std::array<float, kLanes> ambient_visibility{};
+};
+
+Octet gather(const DiffuseField& field, int y, int x0, int x1) {
+  Octet octet;
+  for (int x = x0; x < x1; ++x) {
+    if (!is_finite(field.position_mm(y, x))) continue;
+    const NodeBlend blend = blend_nodes(field.around, field.distance_mm, y, x, field.px_mm);
+    float visibility = 0, weight = 0;
+    std::array<Vec3, 3> bend{};
+    for (size_t k = 0; k < 4 && blend.weight[k] > 0; ++k) {
+      const OcclusionAtNode& o = field.occlusion[size_t(blend.node[k])];
+      for (size_t c = 0; c < 3; ++c) bend[c] += o.bend[c] * blend.weight[k];
+      visibility += o.ambient_visibility * blend.weight[k];
+      weight += blend.weight[k];
+    }
+    octet.ambient_visibility[size_t(x - x0)] = weight > 0 ? visibility / weight : 1.f;
+    for (int c = 0; c < 3; ++c) {
+      const Vec3 m = mean_direction(field.moments(y, x), c) - bend[size_t(c)];
+      for (int a = 0; a < 3; ++a) octet.mean_direction[size_t(c)][size_t(a)][x - x0] = m[a];
+    }
+  }
+  return octet;
+}
+
+void invert_octet(const DiffuseField& field, const LedsFrom& leds, int y, int x0, Normals* n) {
+  const int x1 = std::min(x0 + kLanes, field.position_mm.cols);
+  const Octet octet = gather(field, y, x0, x1);
+  for (int c = 0; c < 3; ++c) {
+    const LaneVec3& m = octet.mean_direction[size_t(c)];
+    const LaneVec3 normal = invert_mean_direction(leds, c, m, m);
+    for (int x = x0; x < x1; ++x) {
+      if (!is_finite(field.position_mm(y, x))) continue;
+      const int k = x - x0;
+      n->diffuse[size_t(c)](y, x) = Vec3(normal[0][k], normal[1][k], normal[2][k]);
+      n->ambient_visibility(y, x) = octet.ambient_visibility[size_t(k)];
+    }
+  }
+}
+
+// In cells of 8 x 8 pixels, which see the LEDs alike.
+void invert_pixels(const DiffuseField& field, Normals* n) {
+  const cv::Size size = field.position_mm.size();
+  parallel_for((size.height + kLanes - 1) / kLanes, [&](int row) {
+    for (int x0 = 0; x0 < size.width; x0 += kLanes) {
+      std::optional<LedsFrom> leds;
+      for (int y = row * kLanes; y < std::min((row + 1) * kLanes, size.height); ++y) {
+        const Vec3* begin = field.position_mm[y] + x0;
+        const Vec3* end = field.position_mm[y] + std::min(x0 + kLanes, size.width);
+        const Vec3* first = std::find_if(begin, end, [](const Vec3& p) { return is_finite(p); });
+        if (first == end) continue;
+        if (!leds) leds.emplace(field.stage, *first);
+        invert_octet(field, *leds, y, x0, n);
       }
     }
   });
@@ -106,17 +138,20 @@ Normals estimate_normals(const Burst& burst, Geometry* geometry) {
   const float px_mm = float(cv::norm(burst.session->left.centre_mm()) / burst.session->left.fx);
   const cv::Mat_<DiffuseMoments> moments =
       smooth_along_surface(diffuse_moments(burst), distance_mm, kDiffuseSigmaPx, px_mm);
-  DiffuseField field{moments, distance_mm, nullptr, nullptr, px_mm};
-  invert_pixels(burst, geometry->position_mm, field, &n.diffuse);
-  const Surroundings around = look_around(geometry->scene_mm, n.diffuse[1], burst.session->stage);
+  const LightStage& stage = burst.session->stage;
   std::vector<OcclusionAtNode> occlusion;
-  field.around = &around;
-  field.occlusion = &occlusion;
+  Surroundings around = place_nodes(geometry->position_mm, stage);
+  const DiffuseField field{stage, geometry->position_mm, moments,  distance_mm,
+                           px_mm, around,                occlusion};
+  Image3 normal_at_nodes(size, nowhere);
+  invert_nodes(field, &normal_at_nodes);
+  look_around(geometry->scene_mm, normal_at_nodes, stage, &around);
   for (int round = 0; round < kOcclusionRounds; ++round) {
-    occlusion = occlusion_at_nodes(around, burst.session->stage, geometry->position_mm,
-                                   n.diffuse[1], moments);
-    invert_pixels(burst, geometry->position_mm, field, &n.diffuse);
+    if (round > 0) invert_nodes(field, &normal_at_nodes);
+    occlusion =
+        occlusion_at_nodes(around, stage, geometry->position_mm, normal_at_nodes, moments);
   }
+  invert_pixels(field, &n);
   n.specular = n.diffuse[2].clone();
   return n;
 }

@@ -17,24 +17,6 @@ constexpr float kLiftMm = 0.25f;        // off the surface, above the noise of t
 constexpr float kFarMm = 5000.f;
 constexpr int kDirections = 8192;
 
-Surroundings place_nodes(const Image3& position_mm, const Image3& normal, size_t leds) {
-  constexpr int step = Surroundings::kStepPx;
-  Surroundings around;
-  around.leds = leds;
-  around.index =
-      cv::Mat1i((position_mm.rows - 1) / step + 1, (position_mm.cols - 1) / step + 1, -1);
-  for (int i = 0; i < around.index.rows; ++i) {
-    for (int j = 0; j < around.index.cols; ++j) {
-      const cv::Point p(j * step, i * step);
-      if (!is_finite(position_mm(p)) || !is_finite(normal(p))) continue;
-      around.index(i, j) = int(around.pixel.size());
-      around.pixel.push_back(p);
-    }
-  }
-  around.blocker.assign(around.pixel.size() * leds, Surroundings::kFree);
-  return around;
-}
-
 int32_t blocker_of(const GridMesh& mesh, const Hit& hit, const Vec3& direction, int columns) {
   if (hit.triangle < 0) return Surroundings::kFree;
   const cv::Vec3i& t = mesh.triangles[size_t(hit.triangle)];
@@ -47,25 +29,39 @@ int32_t blocker_of(const GridMesh& mesh, const Hit& hit, const Vec3& direction, 
 
 }  // namespace
 
-Surroundings look_around(const Image3& position_mm, const Image3& normal, const LightStage& stage) {
-  Surroundings around = place_nodes(position_mm, normal, stage.leds().size());
-  const GridMesh mesh = mesh_from_positions(position_mm, kMeshStepPx, kLongestEdgeMm);
-  const RayScene scene(mesh.vertices_mm, mesh.triangles);
-  parallel_for(
-      int(around.pixel.size()),
-      [&](int node) {
-        const cv::Point p = around.pixel[size_t(node)];
-        const Vec3 n = normal(p), origin = position_mm(p) + n * kLiftMm;
-        for (size_t led = 0; led < around.leds; ++led) {
-          const Vec3 l = stage.direction_from(led, origin);
-          if (dot(n, l) <= 0) continue;
-          const Hit hit = scene.intersect(origin, l, kLiftMm, kFarMm);
-          around.blocker[size_t(node) * around.leds + led] =
-              blocker_of(mesh, hit, l, position_mm.cols);
-        }
-      },
-      16);
+Surroundings place_nodes(const Image3& position_mm, const LightStage& stage) {
+  constexpr int step = Surroundings::kStepPx;
+  Surroundings around;
+  around.leds = stage.leds().size();
+  around.index =
+      cv::Mat1i((position_mm.rows - 1) / step + 1, (position_mm.cols - 1) / step + 1, -1);
+  for (int i = 0; i < around.index.rows; ++i) {
+    for (int j = 0; j < around.index.cols; ++j) {
+      const cv::Point p(j * step, i * step);
+      if (!is_finite(position_mm(p))) continue;
+      around.index(i, j) = int(around.pixel.size());
+      around.pixel.push_back(p);
+    }
+  }
+  around.blocker.assign(around.pixel.size() * around.leds, Surroundings::kFree);
   return around;
+}
+
+void look_around(const Image3& scene_mm, const Image3& normal, const LightStage& stage,
+                 Surroundings* around) {
+  const GridMesh mesh = mesh_from_positions(scene_mm, kMeshStepPx, kLongestEdgeMm);
+  const RayScene scene(mesh.vertices_mm, mesh.triangles);
+  parallel_for(int(around->pixel.size()), [&](int node) {
+    const cv::Point p = around->pixel[size_t(node)];
+    const Vec3 n = normal(p), origin = scene_mm(p) + n * kLiftMm;
+    for (size_t led = 0; led < around->leds; ++led) {
+      const Vec3 l = stage.direction_from(led, origin);
+      if (dot(n, l) <= 0) continue;
+      const Hit hit = scene.intersect(origin, l, kLiftMm, kFarMm);
+      around->blocker[size_t(node) * around->leds + led] =
+          blocker_of(mesh, hit, l, scene_mm.cols);
+    }
+  }, 16);
 }
 
 NodeBlend blend_nodes(const Surroundings& around, const Image1& distance_mm, int y, int x,

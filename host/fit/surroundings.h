@@ -23,9 +23,13 @@ struct Surroundings {
   int32_t at(size_t node, size_t led) const { return blocker[node * leds + led]; }
 };
 
-// Rays from every node to the LEDs above its horizon, against the mesh of `position_mm`.
-// `normal`: unit, read at the nodes.
-Surroundings look_around(const Image3& position_mm, const Image3& normal, const LightStage& stage);
+// A node wherever `position_mm` has a number; nothing is in the way yet.
+Surroundings place_nodes(const Image3& position_mm, const LightStage& stage);
+
+// Rays from every node to the LEDs above its horizon, against the mesh of `scene_mm`. `normal`:
+// unit, read at the nodes.
+void look_around(const Image3& scene_mm, const Image3& normal, const LightStage& stage,
+                 Surroundings* around);
 
 // Nodes around a pixel, with weights that sum to 1 (0 where there is no node near).
 struct NodeBlend {
