@@ -1,0 +1,74 @@
+#include "fit/diffuse_total.h"
+
+#include <algorithm>
+
+namespace lamella::fit {
+
+namespace {
+
+constexpr float kNormalError_rad = 0.07f;   // of the specular normal, 4 degrees
+constexpr float kLedError = 0.015f;         // relative, where nothing is hidden
+constexpr float kShadeError = 0.25f;        // of what is hidden: light bounced from the blockers
+constexpr float kSmallestCosine = 0.02f;
+constexpr float kSmallestVisibility = 0.05f;
+
+// Corners of the box that the measured surface fills.
+std::pair<Vec3, Vec3> bounds(const Image3& position_mm) {
+  Vec3 low(1e9f, 1e9f, 1e9f), high = -low;
+  for (int y = 0; y < position_mm.rows; y += 4) {
+    for (int x = 0; x < position_mm.cols; x += 4) {
+      const Vec3& p = position_mm(y, x);
+      if (!is_finite(p)) continue;
+      for (int a = 0; a < 3; ++a) {
+        low[a] = std::min(low[a], p[a]);
+        high[a] = std::max(high[a], p[a]);
+      }
+    }
+  }
+  return {low, high};
+}
+
+LedIrradiance irradiance_over(const LightStage& stage, const Image3& position_mm) {
+  const auto [low, high] = bounds(position_mm);
+  return {stage, low, high};
+}
+
+}  // namespace
+
+DiffuseTotal::DiffuseTotal(const Burst& burst, const Geometry& geometry, const Normals& normals)
+    : burst_(burst),
+      geometry_(geometry),
+      normals_(normals),
+      leds_(irradiance_over(burst.session->stage, geometry.position_mm)) {}
+
+Vec3 DiffuseTotal::normal(int y, int x) const {
+  const Vec3& n = normals_.specular(y, x);
+  return is_finite(n) ? n : normals_.diffuse[1](y, x);
+}
+
+TotalAtPixel DiffuseTotal::from_leds(int y, int x) const {
+  const float visible = std::max(normals_.ambient_visibility(y, x), kSmallestVisibility);
+  const Vec3 light = leds_.at(normal(y, x), geometry_.position_mm(y, x)) * visible;
+  TotalAtPixel total;
+  for (int c = 0; c < 3; ++c) {
+    total.albedo[c] = 2 * burst_.full.cross(y, x)[c] / std::max(light[c], 1e-3f);
+  }
+  total.sigma = kLedError + kShadeError * (1 - visible) / visible;
+  return total;
+}
+
+TotalAtPixel DiffuseTotal::from_projector(int y, int x) const {
+  const float cosine = dot(normal(y, x), geometry_.to_projector(y, x));
+  const float clamped = std::max(cosine, kSmallestCosine);
+  const float light = (1 - burst_.black_level) * geometry_.projector_irradiance(y, x) * clamped;
+  const float sine = std::sqrt(std::max(0.f, 1 - clamped * clamped));
+  return {burst_.front_lit(y, x) * (2 / light), kLedError + kNormalError_rad * sine / clamped};
+}
+
+TotalAtPixel DiffuseTotal::from_both(int y, int x) const {
+  const TotalAtPixel leds = from_leds(y, x), projector = from_projector(y, x);
+  const float a = 1 / (leds.sigma * leds.sigma), b = 1 / (projector.sigma * projector.sigma);
+  return {(leds.albedo * a + projector.albedo * b) * (1 / (a + b)), std::sqrt(1 / (a + b))};
+}
+
+}  // namespace lamella::fit

@@ -1,0 +1,41 @@
+// What photographs say about a region's scattering kernel, compressed: normal equations in the
+// weights of the Gaussian basis. Every photograph of a pattern is linear in them.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "fit/gaussian_basis.h"
+
+namespace lamella::fit {
+
+// Minimises sum of weight (row . w - value)^2, the last of `row` being a constant offset.
+struct KernelEquations {
+  static constexpr int kUnknowns = GaussianBasis::kSize + 1;
+  using Row = Eigen::Matrix<float, kUnknowns, 1>;
+  using Matrix = Eigen::Matrix<double, kUnknowns, kUnknowns>;
+  using Vector = Eigen::Matrix<double, kUnknowns, 1>;
+
+  Matrix left = Matrix::Zero();
+  Vector right = Vector::Zero();
+  double square = 0;  // sum of weight value^2
+  double count = 0;
+
+  void add(const Vector& row, double value, double weight, double samples = 1);
+  KernelEquations& operator+=(const KernelEquations& other);
+  KernelEquations scaled(double factor) const;
+
+  // sum of weight x squared residual at `unknowns`.
+  double cost(const Vector& unknowns) const;
+};
+
+struct Kernel {
+  std::array<double, GaussianBasis::kSize> weight{};  // not negative, sum 1
+  double offset = 0;
+  double cost = 0;
+};
+
+// The kernel that explains the equations best: weights not negative and summing to 1 (what is
+// measured is a ratio to the evenly lit photograph), the offset within `offset_sigma`.
+Kernel solve_kernel(const KernelEquations& equations, double offset_sigma);
+
+}  // namespace lamella::fit

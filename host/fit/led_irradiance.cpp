@@ -1,0 +1,90 @@
+#include "fit/led_irradiance.h"
+
+#include <algorithm>
+
+#include "base/parallel.h"
+
+namespace lamella::fit {
+
+namespace {
+
+constexpr int kSide = 97;  // cells of the octahedral map; E bends slowly
+
+float sign_of(float a) { return a < 0 ? -1.f : 1.f; }
+
+Vec3 normal_of(int column, int row) {
+  const float a = 2.f * float(column) / (kSide - 1) - 1, b = 2.f * float(row) / (kSide - 1) - 1;
+  const float z = 1 - std::abs(a) - std::abs(b);
+  if (z >= 0) return unit({a, b, z});
+  return unit({(1 - std::abs(b)) * sign_of(a), (1 - std::abs(a)) * sign_of(b), z});
+}
+
+cv::Vec2f cell_of(const Vec3& n) {
+  const float sum = std::abs(n[0]) + std::abs(n[1]) + std::abs(n[2]);
+  float a = n[0] / sum, b = n[1] / sum;
+  if (n[2] < 0) {
+    const float folded = (1 - std::abs(b)) * sign_of(a);
+    b = (1 - std::abs(a)) * sign_of(b);
+    a = folded;
+  }
+  return {0.5f * (a + 1) * (kSide - 1), 0.5f * (b + 1) * (kSide - 1)};
+}
+
+std::vector<Vec3> table_at(const LightStage& stage, const Vec3& x_mm) {
+  std::vector<Vec3> table(size_t(kSide * kSide), Vec3(0, 0, 0));
+  std::vector<Vec3> towards, irradiance;
+  for (size_t i = 0; i < stage.leds().size(); ++i) {
+    towards.push_back(stage.direction_from(i, x_mm));
+    irradiance.push_back(stage.irradiance(i, x_mm));
+  }
+  parallel_for(kSide, [&](int row) {
+    for (int column = 0; column < kSide; ++column) {
+      const Vec3 n = normal_of(column, row);
+      Vec3& sum = table[size_t(row * kSide + column)];
+      for (size_t i = 0; i < towards.size(); ++i) {
+        sum += irradiance[i] * std::max(0.f, dot(n, towards[i]));
+      }
+    }
+  });
+  return table;
+}
+
+}  // namespace
+
+LedIrradiance::LedIrradiance(const LightStage& stage, const Vec3& low_mm, const Vec3& high_mm)
+    : low_mm_(low_mm), size_mm_(high_mm - low_mm) {
+  const bool near = std::any_of(stage.leds().begin(), stage.leds().end(),
+                                [](const Led& led) { return led.distance_mm > 0; });
+  for (int corner = 0; corner < (near ? 8 : 1); ++corner) {
+    Vec3 x = low_mm;
+    for (int a = 0; a < 3; ++a) {
+      if (corner >> a & 1) x[a] += size_mm_[a];
+    }
+    tables_.push_back(table_at(stage, x));
+  }
+}
+
+Vec3 LedIrradiance::look_up(size_t table, const Vec3& n) const {
+  const cv::Vec2f cell = cell_of(n);
+  const int x = std::clamp(int(cell[0]), 0, kSide - 2), y = std::clamp(int(cell[1]), 0, kSide - 2);
+  const float fx = cell[0] - float(x), fy = cell[1] - float(y);
+  const Vec3* row = &tables_[table][size_t(y * kSide + x)];
+  return (row[0] * (1 - fx) + row[1] * fx) * (1 - fy) +
+         (row[kSide] * (1 - fx) + row[kSide + 1] * fx) * fy;
+}
+
+Vec3 LedIrradiance::at(const Vec3& n, const Vec3& x_mm) const {
+  if (tables_.size() == 1) return look_up(0, n);
+  Vec3 sum(0, 0, 0), f;
+  for (int a = 0; a < 3; ++a) {
+    f[a] = size_mm_[a] > 0 ? std::clamp((x_mm[a] - low_mm_[a]) / size_mm_[a], 0.f, 1.f) : 0.f;
+  }
+  for (size_t corner = 0; corner < 8; ++corner) {
+    float weight = 1;
+    for (int a = 0; a < 3; ++a) weight *= corner >> a & 1 ? f[a] : 1 - f[a];
+    if (weight > 0) sum += look_up(corner, n) * weight;
+  }
+  return sum;
+}
+
+}  // namespace lamella::fit

@@ -1,0 +1,201 @@
+#include <algorithm>
+#include <complex>
+#include <mutex>
+#include <tbb/enumerable_thread_specific.h>
+
+#include "base/parallel.h"
+#include "fit/diffuse_total.h"
+#include "fit/scattering.h"
+#include "fit/stripe_shape.h"
+#include "fit/surface_pattern.h"
+
+namespace lamella::fit {
+
+namespace {
+
+constexpr float kDarkest = 1e-3f;        // FRONT - BLACK below this is shadow
+constexpr float kModelError = 0.01f;     // of FRONT - BLACK: what a planar, even surface leaves out
+constexpr float kSwingSpread = 0.15f;    // how far one pixel's swing is from its region's
+
+using PerChannel = std::array<StripeBins, 3>;
+using Shapes = std::vector<std::array<StripeShape, 3>>;  // by label - 1
+
+class Stripes {
+ public:
+  Stripes(const Burst& burst, const Geometry& geometry, const Normals& normals)
+      : burst_(burst), geometry_(geometry), normals_(normals) {
+    const Camera& projector = burst.session->projector;
+    const Patterns& patterns = burst.session->patterns;
+    period_px_ = float(patterns.stripe_period_px);
+    shift_turns_ = float(patterns.stripe_shift_px / patterns.stripe_period_px);
+    const double facing = projector.fx / projector.depth_mm({0, 0, 0});
+    highest_cycles_per_mm_ = 1.2 * facing / patterns.stripe_period_px;
+  }
+
+  double highest_cycles_per_mm() const { return highest_cycles_per_mm_; }
+
+  bool measured(int y, int x) const {
+    return burst_.regions(y, x) && is_finite(geometry_.position_mm(y, x)) &&
+           is_finite(normals_.diffuse[1](y, x)) && is_finite(geometry_.projector_px(y, x)[0]);
+  }
+
+  // In units of the highest frequency.
+  float frequency(int y, int x) const {
+    const PatternGradient g = pattern_gradient(
+        burst_.session->projector, geometry_.position_mm(y, x), normals_.diffuse[1](y, x));
+    return float(length(g.u) / period_px_ / highest_cycles_per_mm_);
+  }
+
+  // Turns from the middle of a white stripe in pattern k.
+  float phase(int y, int x, int k) const {
+    return geometry_.projector_px(y, x)[0] / period_px_ - 0.25f - float(k) * shift_turns_ - offset_;
+  }
+
+  // A pattern's columns may be meant at their left edges or at their middles: the photographs know.
+  void find_offset() {
+    tbb::enumerable_thread_specific<std::complex<double>> sums(0.0);
+    parallel_for(burst_.regions.rows, [&](int y) {
+      for (int x = 0; x < burst_.regions.cols; ++x) {
+        const float lit = burst_.front_lit(y, x)[1];
+        if (!measured(y, x) || lit < 10 * kDarkest) continue;
+        for (int k = 0; k < 4; ++k) {
+          const float value = burst_.stripes[size_t(k)](y, x)[1] / lit - 0.5f;
+          sums.local() += std::polar(double(value), 2 * M_PI * double(phase(y, x, k)));
+        }
+      }
+    });
+    std::complex<double> sum = 0;
+    for (const auto& s : sums) sum += s;
+    offset_ = float(std::arg(sum) / (2 * M_PI));
+  }
+
+  std::vector<PerChannel> gather() const {
+    const std::vector<PerChannel> empty(burst_.region_names.size() - 1);
+    tbb::enumerable_thread_specific<std::vector<PerChannel>> parts(empty);
+    parallel_for(burst_.regions.rows, [&](int y) {
+      std::vector<PerChannel>& bins = parts.local();
+      for (int x = 0; x < burst_.regions.cols; ++x) {
+        if (measured(y, x) && !burst_.clipped_projector(y, x)) add_pixel(y, x, &bins);
+      }
+    });
+    std::vector<PerChannel> sum = empty;
+    for (const auto& part : parts) {
+      for (size_t i = 0; i < sum.size(); ++i) {
+        for (size_t c = 0; c < 3; ++c) sum[i][c] += part[i][c];
+      }
+    }
+    return sum;
+  }
+
+  // A/(FRONT - BLACK) of one pixel, and its variance: the swing of the region's shape that is
+  // nearest to four samples, from where the region's own swing would have it.
+  cv::Vec2f swing(int y, int x, int channel, const StripeShape& shape) const {
+    const int row = StripeBins::row(frequency(y, x));
+    const float lit = burst_.front_lit(y, x)[channel];
+    const float prior = 1 / (kSwingSpread * kSwingSpread);
+    float top = shape.swing(row) * prior, bottom = prior;
+    if (lit > kDarkest) {
+      for (size_t k = 0; k < 4; ++k) {
+        const float g = shape.at(row, StripeBins::column(phase(y, x, int(k))));
+        const float value = burst_.stripes[k](y, x)[channel];
+        const float weight = 1 / relative_variance(value, lit);
+        top += weight * g * (value / lit - 0.5f);
+        bottom += weight * g * g;
+      }
+    }
+    return {std::clamp(top / bottom, 0.f, 1.f), 1 / bottom};
+  }
+
+ private:
+  float relative_variance(float value, float lit) const {
+    return (burst_.noise.variance(value) + 0.25f * burst_.noise.variance(lit)) / (lit * lit) +
+           kModelError * kModelError;
+  }
+
+  void add_pixel(int y, int x, std::vector<PerChannel>* bins) const {
+    const float f = frequency(y, x);
+    PerChannel& of_region = (*bins)[burst_.regions(y, x) - 1u];
+    for (int c = 0; c < 3; ++c) {
+      const float lit = burst_.front_lit(y, x)[c];
+      if (lit < 10 * kDarkest) continue;
+      for (size_t k = 0; k < 4; ++k) {
+        const float value = burst_.stripes[k](y, x)[c];
+        of_region[size_t(c)].add(f, phase(y, x, int(k)), value / lit - 0.5f,
+                                 1 / relative_variance(value, lit));
+      }
+    }
+  }
+
+  const Burst& burst_;
+  const Geometry& geometry_;
+  const Normals& normals_;
+  float period_px_, shift_turns_, offset_ = 0;
+  double highest_cycles_per_mm_;
+};
+
+Shapes shapes_of(const Stripes& stripes) {
+  const std::vector<PerChannel> bins = stripes.gather();
+  Shapes shapes(bins.size());
+  parallel_for(int(bins.size() * 3), [&](int i) {
+    const size_t region = size_t(i) / 3, c = size_t(i) % 3;
+    const double highest = stripes.highest_cycles_per_mm();
+    const Kernel kernel = solve_kernel(bins[region][c].equations(highest), 1e-6);
+    shapes[region][c] = StripeShape(kernel.weight, highest);
+  });
+  return shapes;
+}
+
+// Four quarter shifts are two stripes and their complements: twice the evenly lit photograph.
+double closure(const Burst& burst) {
+  double sum = 0, count = 0;
+  for (int y = 0; y < burst.regions.rows; ++y) {
+    for (int x = 0; x < burst.regions.cols; ++x) {
+      if (!burst.regions(y, x) || burst.clipped_projector(y, x)) continue;
+      for (int c = 0; c < 3; ++c) {
+        const float lit = burst.front_lit(y, x)[c];
+        if (lit < 10 * kDarkest) continue;
+        float stripes = 0;
+        for (const Image3& image : burst.stripes) stripes += image(y, x)[c];
+        const double error = stripes / (2 * lit) - 1;
+        sum += error * error;
+        count += 1;
+      }
+    }
+  }
+  return count > 0 ? std::sqrt(sum / count) : 0;
+}
+
+}  // namespace
+
+Separation separate_layers(const Burst& burst, const Geometry& geometry, const Normals& normals) {
+  Separation separation;
+  const cv::Size size = burst.regions.size();
+  const Vec3 nowhere(kNaN, kNaN, kNaN);
+  separation.shallow_albedo = Image3(size, nowhere);
+  separation.deep_albedo = Image3(size, nowhere);
+  separation.confidence = Image1(size, 0.f);
+  separation.closure_rms = closure(burst);
+  Stripes stripes(burst, geometry, normals);
+  stripes.find_offset();
+  const Shapes shapes = shapes_of(stripes);
+  const DiffuseTotal total(burst, geometry, normals);
+  parallel_for(size.height, [&](int y) {
+    for (int x = 0; x < size.width; ++x) {
+      if (!stripes.measured(y, x)) continue;
+      const TotalAtPixel whole = total.from_both(y, x);
+      float variance = 0;
+      for (int c = 0; c < 3; ++c) {
+        const StripeShape& shape = shapes[burst.regions(y, x) - 1u][size_t(c)];
+        const cv::Vec2f swing = stripes.swing(y, x, c, shape);
+        separation.shallow_albedo(y, x)[c] = swing[0] * whole.albedo[c];
+        separation.deep_albedo(y, x)[c] = (1 - swing[0]) * whole.albedo[c];
+        variance += swing[1] / 3;
+      }
+      const float relative = std::sqrt(variance + whole.sigma * whole.sigma);
+      separation.confidence(y, x) = 1 / (1 + relative / 0.1f);
+    }
+  });
+  return separation;
+}
+
+}  // namespace lamella::fit

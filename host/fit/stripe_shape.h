@@ -1,0 +1,60 @@
+// The brightness that stripes leave on skin, against phase: sharp stripes, blurred by the region's
+// scattering kernel. Its shape is needed to find, from four samples, the swing that a continuous
+// shift would show (physics.md: Shallow and deep).
+#pragma once
+
+#include <vector>
+
+#include "fit/kernel_equations.h"
+
+namespace lamella::fit {
+
+// Samples of one region and channel, I/(FRONT - BLACK) - 1/2, gathered by the stripes' frequency on
+// the surface and by phase (0: the middle of a white stripe).
+class StripeBins {
+ public:
+  static constexpr int kFrequencies = 24, kPhases = 64;
+
+  StripeBins() : cells_(size_t(kFrequencies * kPhases)) {}
+
+  // `frequency` in units of the table's highest (0 to 1), `phase` in turns.
+  void add(float frequency, float phase, float value, float weight) {
+    Cell& cell = cells_[size_t(row(frequency) * kPhases + column(phase))];
+    cell.weight += weight;
+    cell.value += weight * value;
+    cell.square += weight * value * value;
+    cell.count += 1;
+  }
+  StripeBins& operator+=(const StripeBins& other);
+
+  // In the weights of the kernel; the offset's column stays empty (a stripe and its complement sum
+  // to the evenly lit photograph, so there is none).
+  KernelEquations equations(double highest_cycles_per_mm) const;
+
+  static int row(float frequency);
+  static int column(float phase);
+
+ private:
+  struct Cell {
+    double weight = 0, value = 0, square = 0, count = 0;
+  };
+  std::vector<Cell> cells_;
+};
+
+// The table for one region and channel.
+class StripeShape {
+ public:
+  StripeShape() = default;
+  StripeShape(const GaussianBasis::Weights& kernel, double highest_cycles_per_mm);
+
+  // Brightness of swing 1 about 0, at a frequency row and a phase column.
+  float at(int row, int column) const { return shape_[size_t(row * StripeBins::kPhases + column)]; }
+
+  // The swing that the kernel itself would show: A/(FRONT - BLACK).
+  float swing(int row) const { return swing_[size_t(row)]; }
+
+ private:
+  std::vector<float> shape_, swing_;
+};
+
+}  // namespace lamella::fit
