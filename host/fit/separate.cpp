@@ -1,6 +1,5 @@
 #include <algorithm>
-#include <complex>
-#include <mutex>
+#include <opencv2/imgproc.hpp>
 #include <tbb/enumerable_thread_specific.h>
 
 #include "base/parallel.h"
@@ -15,6 +14,8 @@ namespace {
 
 constexpr float kDarkest = 1e-3f;        // FRONT - BLACK below this is shadow
 constexpr float kModelError = 0.01f;     // of FRONT - BLACK: what a planar, even surface leaves out
+constexpr int kPhaseWindow_px = 7;
+constexpr float kPhaseError_turns = 0.03f;  // on the flanks a sample tells phase more than swing
 constexpr float kSwingSpread = 0.15f;    // how far one pixel's swing is from its region's
 
 using PerChannel = std::array<StripeBins, 3>;
@@ -29,6 +30,7 @@ class Stripes {
     period_px_ = float(patterns.stripe_period_px);
     shift_turns_ = float(patterns.stripe_shift_px / patterns.stripe_period_px);
     const double facing = projector.fx / projector.depth_mm({0, 0, 0});
+    offset_turns_ = Image1(burst.regions.size(), 0.f);
     highest_cycles_per_mm_ = 1.2 * facing / patterns.stripe_period_px;
   }
 
@@ -48,25 +50,27 @@ class Stripes {
 
   // Turns from the middle of a white stripe in pattern k.
   float phase(int y, int x, int k) const {
-    return geometry_.projector_px(y, x)[0] / period_px_ - 0.25f - float(k) * shift_turns_ - offset_;
+    return geometry_.projector_px(y, x)[0] / period_px_ - 0.25f - float(k) * shift_turns_ -
+           offset_turns_(y, x);
   }
 
-  // A pattern's columns may be meant at their left edges or at their middles: the photographs know.
+  // The stripes are finer than the fringes: what they say of their own phase, averaged over a few
+  // pixels, is better than what the geometry says, and knows what is meant by a pattern's column.
   void find_offset() {
-    tbb::enumerable_thread_specific<std::complex<double>> sums(0.0);
+    cv::Mat_<Vec2> sums(burst_.regions.size(), Vec2(0, 0));
     parallel_for(burst_.regions.rows, [&](int y) {
       for (int x = 0; x < burst_.regions.cols; ++x) {
-        const float lit = burst_.front_lit(y, x)[1];
-        if (!measured(y, x) || lit < 10 * kDarkest) continue;
-        for (int k = 0; k < 4; ++k) {
-          const float value = burst_.stripes[size_t(k)](y, x)[1] / lit - 0.5f;
-          sums.local() += std::polar(double(value), 2 * M_PI * double(phase(y, x, k)));
-        }
+        if (measured(y, x) && !burst_.clipped_projector(y, x)) sums(y, x) = wave(y, x);
       }
     });
-    std::complex<double> sum = 0;
-    for (const auto& s : sums) sum += s;
-    offset_ = float(std::arg(sum) / (2 * M_PI));
+    cv::boxFilter(sums, sums, -1, cv::Size(kPhaseWindow_px, kPhaseWindow_px));
+    Image1 turns(sums.size(), 0.f);
+    parallel_for(sums.rows, [&](int y) {
+      for (int x = 0; x < sums.cols; ++x) {
+        turns(y, x) = std::atan2(sums(y, x)[1], sums(y, x)[0]) / (2 * kPi);
+      }
+    });
+    offset_turns_ = turns;
   }
 
   std::vector<PerChannel> gather() const {
@@ -96,9 +100,11 @@ class Stripes {
     float top = shape.swing(row) * prior, bottom = prior;
     if (lit > kDarkest) {
       for (size_t k = 0; k < 4; ++k) {
-        const float g = shape.at(row, StripeBins::column(phase(y, x, int(k))));
+        const int column = StripeBins::column(phase(y, x, int(k)));
+        const float g = shape.at(row, column);
         const float value = burst_.stripes[k](y, x)[channel];
-        const float weight = 1 / relative_variance(value, lit);
+        const float off_phase = kPhaseError_turns * shape.slope(row, column);
+        const float weight = 1 / (relative_variance(value, lit) + off_phase * off_phase);
         top += weight * g * (value / lit - 0.5f);
         bottom += weight * g * g;
       }
@@ -107,6 +113,17 @@ class Stripes {
   }
 
  private:
+  // The first harmonic of the four samples about the phase that the geometry gives.
+  Vec2 wave(int y, int x) const {
+    Vec2 sum(0, 0);
+    for (int k = 0; k < 4; ++k) {
+      const float value = mean(burst_.stripes[size_t(k)](y, x) - burst_.front_lit(y, x) * 0.5f);
+      const float angle = 2 * kPi * phase(y, x, k);
+      sum += Vec2(std::cos(angle), std::sin(angle)) * value;
+    }
+    return sum;
+  }
+
   float relative_variance(float value, float lit) const {
     return (burst_.noise.variance(value) + 0.25f * burst_.noise.variance(lit)) / (lit * lit) +
            kModelError * kModelError;
@@ -129,18 +146,19 @@ class Stripes {
   const Burst& burst_;
   const Geometry& geometry_;
   const Normals& normals_;
-  float period_px_, shift_turns_, offset_ = 0;
+  float period_px_, shift_turns_;
+  Image1 offset_turns_;  // white stripe's middle against where the geometry has it
   double highest_cycles_per_mm_;
 };
 
 Shapes shapes_of(const Stripes& stripes) {
   const std::vector<PerChannel> bins = stripes.gather();
+  const StripeDesign design(stripes.highest_cycles_per_mm());
   Shapes shapes(bins.size());
   parallel_for(int(bins.size() * 3), [&](int i) {
     const size_t region = size_t(i) / 3, c = size_t(i) % 3;
-    const double highest = stripes.highest_cycles_per_mm();
-    const Kernel kernel = solve_kernel(bins[region][c].equations(highest), 1e-6);
-    shapes[region][c] = StripeShape(kernel.weight, highest);
+    const Kernel kernel = solve_kernel(bins[region][c].equations(design), 1e-6);
+    shapes[region][c] = StripeShape(kernel.weight, design);
   });
   return shapes;
 }

@@ -7,7 +7,8 @@ namespace lamella::fit {
 
 namespace {
 
-constexpr int kHighestHarmonic = 9;  // the next is below 1e-3 once a pixel's width has blurred it
+constexpr int kHighestHarmonic = 63;       // a square wave that the narrowest Gaussian blurs
+constexpr double kNegligibleTransfer = 1e-5;
 
 double row_centre(int row) { return (row + 0.5) / StripeBins::kFrequencies; }
 
@@ -39,45 +40,46 @@ StripeBins& StripeBins::operator+=(const StripeBins& other) {
   return *this;
 }
 
-KernelEquations StripeBins::equations(double highest_cycles_per_mm) const {
+StripeDesign::StripeDesign(double highest_cycles_per_mm) {
+  const auto row_at = [&](int frequency, double phase) {
+    KernelEquations::Vector row = KernelEquations::Vector::Zero();
+    for (int j = 0; j < GaussianBasis::kSize; ++j) {
+      for (int h = 1; h <= kHighestHarmonic; h += 2) {
+        const double transfer =
+            GaussianBasis::transfer(j, h * row_centre(frequency) * highest_cycles_per_mm);
+        if (transfer < kNegligibleTransfer) break;
+        row(j) += transfer * harmonic(h, phase);
+      }
+    }
+    return row;
+  };
+  for (int f = 0; f < kFrequencies; ++f) {
+    for (int p = 0; p < kPhases; ++p) rows_.push_back(row_at(f, column_centre(p)));
+    middle_.push_back(row_at(f, 0));
+  }
+}
+
+KernelEquations StripeBins::equations(const StripeDesign& design) const {
   KernelEquations sum;
   for (int f = 0; f < kFrequencies; ++f) {
     for (int p = 0; p < kPhases; ++p) {
       const Cell& cell = cells_[size_t(f * kPhases + p)];
       if (cell.weight <= 0) continue;
-      KernelEquations::Vector row = KernelEquations::Vector::Zero();
-      for (int h = 1; h <= kHighestHarmonic; h += 2) {
-        const double amplitude = harmonic(h, column_centre(p));
-        const double frequency = h * row_centre(f) * highest_cycles_per_mm;
-        for (int j = 0; j < GaussianBasis::kSize; ++j) {
-          row(j) += amplitude * GaussianBasis::transfer(j, frequency);
-        }
-      }
-      sum.add(row, cell.value / cell.weight, cell.weight, cell.count);
+      sum.add(design.row(f, p), cell.value / cell.weight, cell.weight, cell.count);
       sum.square += cell.square - cell.value * cell.value / cell.weight;
     }
   }
   return sum;
 }
 
-StripeShape::StripeShape(const GaussianBasis::Weights& kernel, double highest_cycles_per_mm) {
+StripeShape::StripeShape(const GaussianBasis::Weights& kernel, const StripeDesign& design) {
+  KernelEquations::Vector weights = KernelEquations::Vector::Zero();
+  std::copy(kernel.begin(), kernel.end(), weights.data());
   for (int f = 0; f < StripeBins::kFrequencies; ++f) {
-    std::array<double, kHighestHarmonic + 1> share{};
-    double half_swing = 0;
-    for (int h = 1; h <= kHighestHarmonic; h += 2) {
-      for (int j = 0; j < GaussianBasis::kSize; ++j) {
-        share[size_t(h)] += kernel[size_t(j)] * GaussianBasis::transfer(
-                                                    j, h * row_centre(f) * highest_cycles_per_mm);
-      }
-      half_swing += harmonic(h, 0) * share[size_t(h)];
-    }
-    swing_.push_back(float(2 * half_swing));
+    const double swing = 2 * design.middle(f).dot(weights);
+    swing_.push_back(float(swing));
     for (int p = 0; p < StripeBins::kPhases; ++p) {
-      double value = 0;
-      for (int h = 1; h <= kHighestHarmonic; h += 2) {
-        value += harmonic(h, column_centre(p)) * share[size_t(h)];
-      }
-      shape_.push_back(float(value / std::max(2 * half_swing, 1e-6)));
+      shape_.push_back(float(design.row(f, p).dot(weights) / std::max(swing, 1e-6)));
     }
   }
 }

@@ -9,11 +9,35 @@
 
 namespace lamella::fit {
 
+// Rows of the equations: what each Gaussian leaves of the stripes, about their mean.
+class StripeDesign {
+ public:
+  static constexpr int kFrequencies = 24, kPhases = 64;
+
+  // `highest_cycles_per_mm`: the frequency at the table's end.
+  explicit StripeDesign(double highest_cycles_per_mm);
+
+  // In the weights of the kernel; the offset's column stays empty (a stripe and its complement sum
+  // to the evenly lit photograph, so there is none).
+  const KernelEquations::Vector& row(int frequency, int phase) const {
+    return rows_[size_t(frequency * kPhases + phase)];
+  }
+
+  // The same in the middle of a white stripe.
+  const KernelEquations::Vector& middle(int frequency) const {
+    return middle_[size_t(frequency)];
+  }
+
+ private:
+  std::vector<KernelEquations::Vector> rows_, middle_;
+};
+
 // Samples of one region and channel, I/(FRONT - BLACK) - 1/2, gathered by the stripes' frequency on
 // the surface and by phase (0: the middle of a white stripe).
 class StripeBins {
  public:
-  static constexpr int kFrequencies = 24, kPhases = 64;
+  static constexpr int kFrequencies = StripeDesign::kFrequencies;
+  static constexpr int kPhases = StripeDesign::kPhases;
 
   StripeBins() : cells_(size_t(kFrequencies * kPhases)) {}
 
@@ -27,9 +51,7 @@ class StripeBins {
   }
   StripeBins& operator+=(const StripeBins& other);
 
-  // In the weights of the kernel; the offset's column stays empty (a stripe and its complement sum
-  // to the evenly lit photograph, so there is none).
-  KernelEquations equations(double highest_cycles_per_mm) const;
+  KernelEquations equations(const StripeDesign& design) const;
 
   static int row(float frequency);
   static int column(float phase);
@@ -45,10 +67,16 @@ class StripeBins {
 class StripeShape {
  public:
   StripeShape() = default;
-  StripeShape(const GaussianBasis::Weights& kernel, double highest_cycles_per_mm);
+  StripeShape(const GaussianBasis::Weights& kernel, const StripeDesign& design);
 
   // Brightness of swing 1 about 0, at a frequency row and a phase column.
   float at(int row, int column) const { return shape_[size_t(row * StripeBins::kPhases + column)]; }
+
+  // d at/d phase, per turn.
+  float slope(int row, int column) const {
+    const int last = StripeBins::kPhases - 1;
+    return 0.5f * StripeBins::kPhases * (at(row, (column + 1) & last) - at(row, (column - 1) & last));
+  }
 
   // The swing that the kernel itself would show: A/(FRONT - BLACK).
   float swing(int row) const { return swing_[size_t(row)]; }
