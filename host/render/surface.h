@@ -1,0 +1,45 @@
+// The skin as a mesh: what is needed at each of its vertices to light it and to let light scatter.
+#pragma once
+
+#include <vector>
+
+#include "base/grid_mesh.h"
+#include "base/ray_scene.h"
+#include "io/layer_maps.h"
+
+namespace lamella::render {
+
+struct Surface {
+  GridMesh mesh;
+  std::vector<Vec3> normal;       // shading normal of each vertex, unit
+  std::vector<float> area_mm2;    // a third of the triangles around each vertex
+  std::vector<int> region;        // label of each vertex, 0 where it has none
+  RayScene rays;
+};
+
+// Every `step`-th pixel of the maps becomes a vertex. Where a map has a position but no normal, the
+// normal is the mesh's own.
+Surface build_surface(const LayerMaps& maps, int step);
+
+// A point on the surface that a camera ray meets.
+struct SurfacePoint {
+  cv::Vec3i corner{-1, -1, -1};   // vertices
+  Vec3 weight;                    // of each, sum 1
+  cv::Vec2f pixel;                // in the maps, x then y
+  bool on_surface() const { return corner[0] >= 0; }
+};
+
+SurfacePoint trace(const Surface& surface, const Vec3& origin_mm, const Vec3& direction);
+
+// The value of a vertex attribute at a point.
+template <class Value>
+Value interpolate(const std::vector<Value>& values, const SurfacePoint& p) {
+  return values[p.corner[0]] * p.weight[0] + values[p.corner[1]] * p.weight[1] +
+         values[p.corner[2]] * p.weight[2];
+}
+
+// Shadow rays leave the surface this far along the normal: the noise of a measured surface must
+// not shade itself.
+Vec3 above_surface(const Vec3& position_mm, const Vec3& normal);
+
+}  // namespace lamella::render
