@@ -20,6 +20,8 @@ struct SurfaceSample {
 struct ExitKernels {
   std::array<const RadialKernel*, 3> kernel{};  // nullptr: light leaves where it enters
   Vec3 scale_mm{1, 1, 1};                       // kernel(r / scale) / scale^2, per mm^2
+
+  bool any() const { return kernel[0] || kernel[1] || kernel[2]; }
 };
 
 // Sums over the surface, per channel.

@@ -1,13 +1,11 @@
 // Light that enters the skin, and how it spreads beneath before it leaves (sec. 4.2, eq. 5 to 8).
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
-#include "render/cluster_tree.h"
+#include "render/exit_kernels.h"
 #include "render/lights.h"
-#include "render/subject.h"
 #include "render/surface.h"
 
 namespace lamella::render {
@@ -37,10 +35,9 @@ struct SpreadLight {
   std::vector<Vec3> shallow, deep;   // by vertex
 };
 
-// Kernels of each region and channel: for deep light the dipole of (alpha_dot, l_d), with l_d from
-// the map where there is one; for shallow light the multipole. Where a region has no multipole
-// or a kernel is narrower than the spacing of the vertices, light leaves where it enters.
-SpreadLight spread(const Subject& subject, const Surface& surface,
+// By the kernels of each vertex's region. Where there is none, or where one is narrower than the
+// spacing of the vertices, light leaves where it enters: such a kernel is albedo, not scattering.
+SpreadLight spread(const RegionKernels& kernels, const Surface& surface,
                    const std::vector<Vec3>& irradiance);
 
 }  // namespace lamella::render

@@ -7,9 +7,14 @@ namespace lamella::render {
 
 namespace {
 
-// Neighbouring pixels further apart than this many times the usual spacing are a silhouette.
-constexpr float kOpenEdge = 6;
-constexpr float kAboveMm = 0.5f;
+// Neighbouring pixels this far apart are joined: what the camera could not see between, the side of
+// a nose, is completed by a straight sheet. Further apart is another part of the body.
+constexpr float kOpenMm = 15;
+// A sheet is drawn but takes no part in scattering: its ends stand for themselves, not for it.
+constexpr float kSheetEdge = 6;  // in spacings of the vertices
+// A shadow ray is clear of the roughness of its own surface this high above it, or this far along.
+constexpr float kClearMm = 0.2f;
+constexpr float kLongestClearMm = 3;
 
 // Median distance between horizontal neighbours, mm.
 float pixel_spacing_mm(const Image3& position_mm) {
@@ -26,35 +31,29 @@ float pixel_spacing_mm(const Image3& position_mm) {
   return *middle;
 }
 
-// Adds each triangle's share to its corners: a third of its area, and its normal times its area.
-void add_triangle_shares(Surface* surface, std::vector<Vec3>* mesh_normal) {
+void add_areas(float sheet_edge_mm, Surface* surface) {
   const auto& v = surface->mesh.vertices_mm;
   for (const cv::Vec3i& t : surface->mesh.triangles) {
-    const Vec3 doubled = cross(v[t[1]] - v[t[0]], v[t[2]] - v[t[0]]);
-    const float third = length(doubled) / 6;
-    for (int k = 0; k < 3; ++k) {
-      surface->area_mm2[t[k]] += third;
-      (*mesh_normal)[t[k]] += doubled;
-    }
+    const Vec3 a = v[t[1]] - v[t[0]], b = v[t[2]] - v[t[0]];
+    if (std::max({length(a), length(b), length(b - a)}) > sheet_edge_mm) continue;
+    const float third = length(cross(a, b)) / 6;
+    for (int k = 0; k < 3; ++k) surface->area_mm2[t[k]] += third;
   }
 }
 
 }  // namespace
 
 Surface build_surface(const LayerMaps& maps, int step) {
-  const float open_mm = kOpenEdge * float(step) * pixel_spacing_mm(maps.position_mm);
-  GridMesh mesh = mesh_from_positions(maps.position_mm, step, open_mm);
+  GridMesh mesh = mesh_from_positions(maps.position_mm, step, kOpenMm);
   RayScene rays(mesh.vertices_mm, mesh.triangles);
   const size_t count = mesh.vertices_mm.size();
   Surface surface{std::move(mesh), std::vector<Vec3>(count), std::vector<float>(count, 0.f),
-                  std::vector<int>(count), std::move(rays)};
-  std::vector<Vec3> mesh_normal(count, Vec3(0, 0, 0));
-  add_triangle_shares(&surface, &mesh_normal);
+                  std::vector<int>(count), std::vector<Vec3>(count, Vec3(0, 0, 0)), std::move(rays)};
+  add_areas(kSheetEdge * float(step) * pixel_spacing_mm(maps.position_mm), &surface);
   for (size_t i = 0; i < count; ++i) {
-    const cv::Point& pixel = surface.mesh.pixel[i];
-    const Vec3& shading = maps.normal_specular(pixel);
-    surface.normal[i] = unit(is_finite(shading) ? shading : mesh_normal[i]);
-    surface.region[i] = maps.regions(pixel);
+    surface.normal[i] = maps.normal_specular(surface.mesh.pixel[i]);
+    if (!maps.deep_ld_mm.empty()) surface.ld_mm[i] = maps.deep_ld_mm(surface.mesh.pixel[i]);
+    surface.region[i] = maps.regions(surface.mesh.pixel[i]);
   }
   return surface;
 }
@@ -73,8 +72,10 @@ SurfacePoint trace(const Surface& surface, const Vec3& origin_mm, const Vec3& di
   return point;
 }
 
-Vec3 above_surface(const Vec3& position_mm, const Vec3& normal) {
-  return position_mm + normal * kAboveMm;
+bool shaded(const Surface& surface, const Vec3& position_mm, const Vec3& normal,
+            const Vec3& direction, float distance_mm) {
+  const float rise = std::max(kClearMm / kLongestClearMm, dot(normal, direction));
+  return surface.rays.occluded(position_mm, direction, kClearMm / rise, distance_mm);
 }
 
 }  // namespace lamella::render

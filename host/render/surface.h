@@ -14,11 +14,11 @@ struct Surface {
   std::vector<Vec3> normal;       // shading normal of each vertex, unit
   std::vector<float> area_mm2;    // a third of the triangles around each vertex
   std::vector<int> region;        // label of each vertex, 0 where it has none
+  std::vector<Vec3> ld_mm;        // diffuse mean free path at each vertex; empty map: all 0
   RayScene rays;
 };
 
-// Every `step`-th pixel of the maps becomes a vertex. Where a map has a position but no normal, the
-// normal is the mesh's own.
+// Every `step`-th pixel of the completed maps becomes a vertex; silhouettes are left open.
 Surface build_surface(const LayerMaps& maps, int step);
 
 // A point on the surface that a camera ray meets.
@@ -38,8 +38,9 @@ Value interpolate(const std::vector<Value>& values, const SurfacePoint& p) {
          values[p.corner[2]] * p.weight[2];
 }
 
-// Shadow rays leave the surface this far along the normal: the noise of a measured surface must
-// not shade itself.
-Vec3 above_surface(const Vec3& position_mm, const Vec3& normal);
+// Does anything stand between a point of the surface and a light? The ray is tested from where it
+// is clear of the surface's own measured roughness, without moving its start sideways.
+bool shaded(const Surface& surface, const Vec3& position_mm, const Vec3& normal,
+            const Vec3& direction, float distance_mm);
 
 }  // namespace lamella::render
