@@ -46,6 +46,8 @@ RayScene::RayScene(const std::vector<Vec3>& vertices_mm, const std::vector<cv::V
   embree_->device = rtcNewDevice(nullptr);
   if (!embree_->device) throw Error(Fault::kBadInput, "embree", "no ray tracing device");
   embree_->scene = rtcNewScene(embree_->device);
+  // Light must not leak through the edges that triangles share.
+  rtcSetSceneFlags(embree_->scene, RTC_SCENE_FLAG_ROBUST);
   if (!triangles.empty()) {
     RTCGeometry geometry = rtcNewGeometry(embree_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
     upload(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, vertices_mm);
