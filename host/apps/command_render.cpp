@@ -1,4 +1,5 @@
 #include <cstdio>
+#include <memory>
 
 #include "apps/commands.h"
 #include "base/progress.h"

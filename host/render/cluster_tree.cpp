@@ -30,6 +30,16 @@ float reach_mm(const ExitKernels& kernels) {
   return reach;
 }
 
+// Light of `flux` (area times irradiance) at distance `r_mm`.
+void add(const ExitKernels& kernels, float r_mm, float area_mm2, const Vec3& flux, Gathered* sum) {
+  for (int c = 0; c < 3; ++c) {
+    if (!kernels.kernel[c]) continue;
+    const float k = (*kernels.kernel[c])(r_mm, kernels.scale_mm[c]);
+    sum->weight[c] += k * area_mm2;
+    sum->light[c] += k * flux[c];
+  }
+}
+
 }  // namespace
 
 ClusterTree::ClusterTree(const std::vector<SurfaceSample>& samples, float opening)
@@ -85,20 +95,6 @@ void ClusterTree::summarise(Node* node) const {
   node->radius = std::sqrt(squared);
 }
 
-void ClusterTree::gather_points(const Node& node, const Vec3& position_mm,
-                                const ExitKernels& kernels, Gathered* sum) const {
-  for (int i = node.first; i < node.first + node.count; ++i) {
-    const SurfaceSample& s = samples_[i];
-    const float r = std::sqrt(distance_squared(s.position_mm, position_mm));
-    for (int c = 0; c < 3; ++c) {
-      if (!kernels.kernel[c]) continue;
-      const float w = s.area_mm2 * (*kernels.kernel[c])(r, kernels.scale_mm[c]);
-      sum->weight[c] += w;
-      sum->light[c] += w * s.irradiance[c];
-    }
-  }
-}
-
 Gathered ClusterTree::gather(const Vec3& position_mm, const ExitKernels& kernels) const {
   Gathered sum;
   const float reach = reach_mm(kernels);
@@ -109,15 +105,14 @@ Gathered ClusterTree::gather(const Vec3& position_mm, const ExitKernels& kernels
     if (r - node.radius > reach) {
       n = node.skip;
     } else if (node.radius < opening_ * r) {
-      for (int c = 0; c < 3; ++c) {
-        if (!kernels.kernel[c]) continue;
-        const float k = (*kernels.kernel[c])(r, kernels.scale_mm[c]);
-        sum.weight[c] += k * node.area;
-        sum.light[c] += k * node.flux[c];
-      }
+      add(kernels, r, node.area, node.flux, &sum);
       n = node.skip;
     } else if (node.count <= kLeafSamples) {
-      gather_points(node, position_mm, kernels, &sum);
+      for (int i = node.first; i < node.first + node.count; ++i) {
+        const SurfaceSample& s = samples_[i];
+        add(kernels, std::sqrt(distance_squared(s.position_mm, position_mm)), s.area_mm2,
+            s.irradiance * s.area_mm2, &sum);
+      }
       n = node.skip;
     } else {
       ++n;

@@ -13,7 +13,7 @@ namespace lamella::render {
 struct SurfaceSample {
   Vec3 position_mm;
   float area_mm2;
-  Vec3 irradiance;   // radiance of a white surface lying there
+  Vec3 irradiance;  // radiance of a white surface lying there
 };
 
 // How light leaves at one point: a kernel and its scale for each channel.
@@ -26,8 +26,8 @@ struct ExitKernels {
 
 // Sums over the surface, per channel.
 struct Gathered {
-  Vec3 light{0, 0, 0};    // sum of kernel x area x irradiance
-  Vec3 weight{0, 0, 0};   // sum of kernel x area: 1 on a flat, endless surface
+  Vec3 light{0, 0, 0};   // sum of kernel x area x irradiance
+  Vec3 weight{0, 0, 0};  // sum of kernel x area: 1 on a flat, endless surface
 };
 
 class ClusterTree {
@@ -42,18 +42,16 @@ class ClusterTree {
 
  private:
   struct Node {
-    Vec3 centre;          // area-weighted
+    Vec3 centre;  // area-weighted
     float radius;
-    Vec3 flux;            // sum of area x irradiance
+    Vec3 flux;  // sum of area x irradiance
     float area;
-    int first, count;     // of the samples, in the tree's order
-    int skip;             // next node when this one needs no opening; nodes are depth first
+    int first, count;  // of the samples, in the tree's order
+    int skip;          // next node when this one needs no opening; nodes are depth first
   };
 
   int build(int first, int count);
   void summarise(Node* node) const;
-  void gather_points(const Node& node, const Vec3& position_mm, const ExitKernels& kernels,
-                     Gathered* sum) const;
 
   std::vector<SurfaceSample> samples_;  // in the tree's order
   std::vector<int> order_;

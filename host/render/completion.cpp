@@ -12,8 +12,7 @@ namespace {
 
 constexpr int kRimPixels = 2;
 constexpr int kRelaxations = 150;
-const cv::Point kAround[8] = {{1, 0}, {0, 1},  {-1, 0},  {0, -1},
-                              {1, 1}, {-1, 1}, {-1, -1}, {1, -1}};
+const cv::Point kAround[8] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}, {1, 1}, {-1, 1}, {-1, -1}, {1, -1}};
 
 bool inside(const cv::Mat& map, const cv::Point& p) {
   return p.x >= 0 && p.y >= 0 && p.x < map.cols && p.y < map.rows;

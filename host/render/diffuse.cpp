@@ -8,7 +8,7 @@ namespace lamella::render {
 
 namespace {
 
-constexpr float kOpening = 0.4f;
+constexpr float kOpening = 0.3f;
 
 // Light gathered with a kernel, or what enters at the place itself where there is no kernel.
 Vec3 answer(const ClusterTree& tree, const Vec3& position_mm, const ExitKernels& kernels,
@@ -26,27 +26,33 @@ Vec3 answer(const ClusterTree& tree, const Vec3& position_mm, const ExitKernels&
 
 Visibility::Visibility(const Surface& surface, const Lights& lights)
     : words_((lights.size() + 63) / 64), bits_(surface.normal.size() * words_) {
-  parallel_for(int(surface.normal.size()), [&](int v) {
-    const Vec3& x = surface.mesh.vertices_mm[v];
-    for (size_t i = 0; i < lights.size(); ++i) {
-      const Incident light = lights.at(i, x);
-      if (dot(light.direction, surface.normal[v]) <= 0) continue;
-      if (shaded(surface, x, surface.normal[v], light.direction, light.distance_mm)) continue;
-      bits_[size_t(v) * words_ + i / 64] |= uint64_t(1) << (i % 64);
-    }
-  }, 256);
+  parallel_for(
+      int(surface.normal.size()),
+      [&](int v) {
+        const Vec3& x = surface.mesh.vertices_mm[v];
+        for (size_t i = 0; i < lights.size(); ++i) {
+          const Incident light = lights.at(i, x);
+          if (dot(light.direction, surface.normal[v]) <= 0) continue;
+          if (shaded(surface, x, surface.normal[v], light.direction, light.distance_mm)) continue;
+          bits_[size_t(v) * words_ + i / 64] |= uint64_t(1) << (i % 64);
+        }
+      },
+      256);
 }
 
 std::vector<Vec3> irradiance(const Surface& surface, const Lights& lights,
                              const Visibility& visibility) {
   std::vector<Vec3> result(surface.normal.size(), Vec3(0, 0, 0));
-  parallel_for(int(result.size()), [&](int v) {
-    for (size_t i = 0; i < lights.size(); ++i) {
-      if (visibility(i, v) == 0) continue;
-      const Incident light = lights.at(i, surface.mesh.vertices_mm[v]);
-      result[v] += light.irradiance * std::max(0.f, dot(light.direction, surface.normal[v]));
-    }
-  }, 256);
+  parallel_for(
+      int(result.size()),
+      [&](int v) {
+        for (size_t i = 0; i < lights.size(); ++i) {
+          if (visibility(i, v) == 0) continue;
+          const Incident light = lights.at(i, surface.mesh.vertices_mm[v]);
+          result[v] += light.irradiance * std::max(0.f, dot(light.direction, surface.normal[v]));
+        }
+      },
+      256);
   return result;
 }
 
@@ -59,13 +65,16 @@ SpreadLight spread(const RegionKernels& kernels, const Surface& surface,
   }
   const ClusterTree tree(samples, kOpening);
   SpreadLight result{irradiance, irradiance};
-  parallel_for(int(count), [&](int n) {
-    const int v = tree.order()[n];
-    const Vec3& x = surface.mesh.vertices_mm[v];
-    const int label = surface.region[v];
-    result.shallow[v] = answer(tree, x, kernels.shallow(label), irradiance[v]);
-    result.deep[v] = answer(tree, x, kernels.deep(label, surface.ld_mm[v]), irradiance[v]);
-  }, 256);
+  parallel_for(
+      int(count),
+      [&](int n) {
+        const int v = tree.order()[n];
+        const Vec3& x = surface.mesh.vertices_mm[v];
+        const int label = surface.region[v];
+        result.shallow[v] = answer(tree, x, kernels.shallow(label), irradiance[v]);
+        result.deep[v] = answer(tree, x, kernels.deep(label, surface.ld_mm[v]), irradiance[v]);
+      },
+      256);
   return result;
 }
 

@@ -32,7 +32,7 @@ std::vector<Vec3> irradiance(const Surface& surface, const Lights& lights,
 // The irradiance that a point of the surface answers to: spread by the layer's kernel over its
 // surroundings, normalised so that even light stays what it is.
 struct SpreadLight {
-  std::vector<Vec3> shallow, deep;   // by vertex
+  std::vector<Vec3> shallow, deep;  // by vertex
 };
 
 // By the kernels of each vertex's region. Where there is none, or where one is narrower than the

@@ -30,7 +30,9 @@ double alpha_of_albedo(const Subject& subject, int label, int channel) {
 
 std::unique_ptr<RadialKernel> dipole_kernel(double alpha) {
   return std::make_unique<RadialKernel>(
-      [alpha](double r) { return model::dipole_reflectance(model::Dipole<double>{alpha, 1}, r); },
+      [alpha](double r) {
+        return model::dipole_reflectance(model::Dipole<double>{alpha, 1}, r);
+      },
       kReach);
 }
 
@@ -58,10 +60,9 @@ RegionKernels::RegionKernels(const Subject& subject) : regions_(subject.region_n
       const auto& shallow = fitted->shallow();
       if (!(shallow.ld_mm(c) > 0 && shallow.alpha(c) > 0)) continue;
       region.shallow_ld_mm[c] = float(shallow.ld_mm(c));
-      region.shallow[c] =
-          multipole_kernel(std::min(shallow.alpha(c), 0.9999),
-                           (shallow.has_thickness_mm() ? shallow.thickness_mm() : 0.5) /
-                               shallow.ld_mm(c));
+      region.shallow[c] = multipole_kernel(
+          std::min(shallow.alpha(c), 0.9999),
+          (shallow.has_thickness_mm() ? shallow.thickness_mm() : 0.5) / shallow.ld_mm(c));
     }
   }
 }

@@ -52,8 +52,7 @@ std::vector<LightSample> cut_environment(const Image3& lat_long, int cells) {
   std::vector<Cell> sums(sphere.size());
   for (int i = 0; i < lat_long.rows; ++i) {
     const float top = i * kPi / lat_long.rows, bottom = (i + 1) * kPi / lat_long.rows;
-    const float solid_angle =
-        2 * kPi / lat_long.cols * (std::cos(top) - std::cos(bottom));
+    const float solid_angle = 2 * kPi / lat_long.cols * (std::cos(top) - std::cos(bottom));
     const float polar = 0.5f * (top + bottom);
     for (int j = 0; j < lat_long.cols; ++j) {
       const float share = (j + 0.5f) / lat_long.cols;
@@ -81,8 +80,7 @@ Lights::Lights(const View& view, const LightStage& stage, const Camera& projecto
     switch (light.kind) {
       case Light::Kind::kPoint: {
         const float squared = dot(light.position_mm, light.position_mm);
-        samples_.push_back(
-            {false, false, light.position_mm, light.radiance_at_origin * squared});
+        samples_.push_back({false, false, light.position_mm, light.radiance_at_origin * squared});
         break;
       }
       case Light::Kind::kLeds:

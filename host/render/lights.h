@@ -6,23 +6,23 @@
 
 #include <vector>
 
-#include "io/view.h"
 #include "io/session.h"
+#include "io/view.h"
 
 namespace lamella::render {
 
 // Light of one sample as it reaches one point.
 struct Incident {
-  Vec3 direction;          // unit, from the point towards the light
-  Vec3 irradiance;         // rgb, as if the surface faced it
-  float distance_mm;       // how far a shadow ray must look
+  Vec3 direction;     // unit, from the point towards the light
+  Vec3 irradiance;    // rgb, as if the surface faced it
+  float distance_mm;  // how far a shadow ray must look
 };
 
 struct LightSample {
-  bool far = false;        // `place` is a unit direction, else a position in mm
-  bool framed = false;     // shines through the projector's frame only
+  bool far = false;     // `place` is a unit direction, else a position in mm
+  bool framed = false;  // shines through the projector's frame only
   Vec3 place;
-  Vec3 strength;           // far: irradiance; near: irradiance times distance_mm squared
+  Vec3 strength;  // far: irradiance; near: irradiance times distance_mm squared
 };
 
 class Lights {
@@ -30,8 +30,7 @@ class Lights {
   // An environment map becomes about `environment_cells` directions: its sphere is cut into cells
   // of equal solid angle, each with all the light of its texels, at their luminance-weighted mean
   // direction. Map convention: centre +Z, up +Y, seen from inside, so that the right half is -X.
-  Lights(const View& view, const LightStage& stage, const Camera& projector,
-         int environment_cells);
+  Lights(const View& view, const LightStage& stage, const Camera& projector, int environment_cells);
 
   size_t size() const { return samples_.size(); }
 

@@ -48,10 +48,9 @@ Reflection::Reflection(const Subject& subject)
     if (!fitted || fitted->specular().p_size() < 2) continue;
     const auto& s = fitted->specular();
     Region& region = regions_[label];
-    region.lobe = model::LobeTable({s.theta().begin(), s.theta().end()},
-                                   {s.p().begin(), s.p().end()});
-    region.transmittance =
-        model::TransmittanceTable(region.lobe, median_intensity(subject, label));
+    region.lobe =
+        model::LobeTable({s.theta().begin(), s.theta().end()}, {s.p().begin(), s.p().end()});
+    region.transmittance = model::TransmittanceTable(region.lobe, median_intensity(subject, label));
     region.has_lobe = true;
   }
 }
@@ -64,17 +63,16 @@ Vec3 Reflection::radiance(const SkinPoint& point, const Incident& incident) cons
   const Vec3 h = unit(l + v);
   float surface = 0;
   if (region.has_lobe) {
-    surface = point.intensity *
-              model::lobe_times_cosine(region.lobe, dot(n, h), n_v, n_l, dot(v, h));
+    surface =
+        point.intensity * model::lobe_times_cosine(region.lobe, dot(n, h), n_v, n_l, dot(v, h));
   }
   const float cos_l = model::refracted_cosine(n_l), cos_v = model::refracted_cosine(n_v);
   const float cosine = model::scattering_cosine(dot(l, v), n_l, n_v, cos_l, cos_v);
-  const float shared = n_l * region.transmittance(n_l) * region.transmittance(n_v) /
-                       (cos_l + cos_v);
+  const float shared =
+      n_l * region.transmittance(n_l) * region.transmittance(n_v) / (cos_l + cos_v);
   Vec3 out;
   for (int c = 0; c < 3; ++c) {
-    const float single =
-        point.single_alpha[c] * model::henyey_greenstein(cosine, g_[c]) * shared;
+    const float single = point.single_alpha[c] * model::henyey_greenstein(cosine, g_[c]) * shared;
     out[c] = kPi * incident.irradiance[c] * (surface + single);
   }
   return out;

@@ -12,11 +12,11 @@ namespace lamella::render {
 
 // What a point of skin does to light, all that varies over the face.
 struct SkinPoint {
-  int region = 0;                  // label
-  Vec3 normal;                     // unit
-  Vec3 to_camera;                  // unit
-  float intensity = 0;             // c of eq. 1
-  Vec3 single_alpha{0, 0, 0};      // of eq. 3 as printed
+  int region = 0;              // label
+  Vec3 normal;                 // unit
+  Vec3 to_camera;              // unit
+  float intensity = 0;         // c of eq. 1
+  Vec3 single_alpha{0, 0, 0};  // of eq. 3 as printed
 };
 
 class Reflection {
@@ -34,7 +34,7 @@ class Reflection {
     model::TransmittanceTable transmittance;
   };
 
-  std::vector<Region> regions_;    // by label
+  std::vector<Region> regions_;  // by label
   Vec3 g_;
 };
 

@@ -28,8 +28,8 @@ struct Scene {
         maps(complete_maps(subject.maps)),
         surface(build_surface(maps, lights.size() > kManyLights ? 2 : 1)),
         visibility(surface, lights),
-        spread_light(spread(RegionKernels(subject), surface,
-                            irradiance(surface, lights, visibility))),
+        spread_light(
+            spread(RegionKernels(subject), surface, irradiance(surface, lights, visibility))),
         reflection(subject) {}
 
   Lights lights;

@@ -2,13 +2,13 @@
 // spreads in.
 #pragma once
 
-#include "render/subject.h"
 #include "io/view.h"
+#include "render/subject.h"
 
 namespace lamella::render {
 
 struct RenderOptions {
-  int environment_cells = 400;   // directions that stand for an environment map
+  int environment_cells = 400;  // directions that stand for an environment map
 };
 
 // Radiance in session units, in the colours of the LEDs; 0 where a ray meets nothing.

@@ -16,10 +16,14 @@ void require_size(const cv::Mat& map, const Camera& camera, const std::string& w
 void require_sizes(const Subject& subject, const std::string& folder) {
   const LayerMaps& m = subject.maps;
   const std::pair<const cv::Mat*, const char*> maps[] = {
-      {&m.position_mm, "position.exr"},       {&m.normal_specular, "normal_specular.exr"},
-      {&m.regions, "regions.png"},            {&m.specular_intensity, "specular_intensity.exr"},
-      {&m.single_albedo, "single_albedo.exr"}, {&m.total_albedo, "total_albedo.exr"},
-      {&m.shallow_albedo, "shallow_albedo.exr"}, {&m.deep_albedo, "deep_albedo.exr"},
+      {&m.position_mm, "position.exr"},
+      {&m.normal_specular, "normal_specular.exr"},
+      {&m.regions, "regions.png"},
+      {&m.specular_intensity, "specular_intensity.exr"},
+      {&m.single_albedo, "single_albedo.exr"},
+      {&m.total_albedo, "total_albedo.exr"},
+      {&m.shallow_albedo, "shallow_albedo.exr"},
+      {&m.deep_albedo, "deep_albedo.exr"},
       {&m.deep_ld_mm, "deep_ld.exr"}};
   for (const auto& [map, name] : maps) {
     require_size(*map, subject.left, folder + "/" + name);

@@ -8,7 +8,7 @@ namespace lamella::render {
 
 struct Subject {
   LightStage stage;
-  Camera left;                            // whose pixels the maps are in
+  Camera left;  // whose pixels the maps are in
   Camera projector;
   LayerMaps maps;
   v1::Layers layers;

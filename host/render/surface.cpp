@@ -47,8 +47,12 @@ Surface build_surface(const LayerMaps& maps, int step) {
   GridMesh mesh = mesh_from_positions(maps.position_mm, step, kOpenMm);
   RayScene rays(mesh.vertices_mm, mesh.triangles);
   const size_t count = mesh.vertices_mm.size();
-  Surface surface{std::move(mesh), std::vector<Vec3>(count), std::vector<float>(count, 0.f),
-                  std::vector<int>(count), std::vector<Vec3>(count, Vec3(0, 0, 0)), std::move(rays)};
+  Surface surface{std::move(mesh),
+                  std::vector<Vec3>(count),
+                  std::vector<float>(count, 0.f),
+                  std::vector<int>(count),
+                  std::vector<Vec3>(count, Vec3(0, 0, 0)),
+                  std::move(rays)};
   add_areas(kSheetEdge * float(step) * pixel_spacing_mm(maps.position_mm), &surface);
   for (size_t i = 0; i < count; ++i) {
     surface.normal[i] = maps.normal_specular(surface.mesh.pixel[i]);

@@ -11,10 +11,10 @@ namespace lamella::render {
 
 struct Surface {
   GridMesh mesh;
-  std::vector<Vec3> normal;       // shading normal of each vertex, unit
-  std::vector<float> area_mm2;    // a third of the triangles around each vertex
-  std::vector<int> region;        // label of each vertex, 0 where it has none
-  std::vector<Vec3> ld_mm;        // diffuse mean free path at each vertex; empty map: all 0
+  std::vector<Vec3> normal;     // shading normal of each vertex, unit
+  std::vector<float> area_mm2;  // a third of the triangles around each vertex
+  std::vector<int> region;      // label of each vertex, 0 where it has none
+  std::vector<Vec3> ld_mm;      // diffuse mean free path at each vertex; empty map: all 0
   RayScene rays;
 };
 
@@ -23,9 +23,9 @@ Surface build_surface(const LayerMaps& maps, int step);
 
 // A point on the surface that a camera ray meets.
 struct SurfacePoint {
-  cv::Vec3i corner{-1, -1, -1};   // vertices
-  Vec3 weight;                    // of each, sum 1
-  cv::Vec2f pixel;                // in the maps, x then y
+  cv::Vec3i corner{-1, -1, -1};  // vertices
+  Vec3 weight;                   // of each, sum 1
+  cv::Vec2f pixel;               // in the maps, x then y
   bool on_surface() const { return corner[0] >= 0; }
 };
 
