@@ -1,0 +1,79 @@
+// The subject lit and seen: surface and single scattering (S, keeps its polarization) and multiple
+// scattering (D, does not), for any light of the rig. Everything is linear in the light.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/session.h"
+#include "io/view.h"
+#include "twin/diffusion.h"
+#include "twin/lighting.h"
+#include "twin/receivers.h"
+#include "twin/surface_reflection.h"
+
+namespace lamella::twin {
+
+enum class Eye { kLeft, kRight };
+
+// Radiance of a subject per receiver of a camera.
+using Radiance = std::vector<Vec3>;
+
+class Photographer {
+ public:
+  struct Options {
+    std::string subject = "head";
+    uint64_t seed = 1;
+    double scale = 1.0;
+    int photons = 80000;           // per region and channel
+    float spacing_mm = 0.4f;
+  };
+  explicit Photographer(const Options& options);
+
+  const Session& rig() const { return rig_; }
+  const Subject& subject() const { return subject_; }
+  const std::array<Skin, kRegionCount>& skins() const { return skins_; }
+  const SkinProfiles& profiles() const { return profiles_; }
+  const Surface& surface() const { return surface_; }
+  const Receivers& receivers(Eye eye) const { return eye == Eye::kLeft ? left_ : right_; }
+  Receivers see(const Camera& camera) const;
+
+  // Power on the surface, ready to scatter.
+  PatchLight led_light(const std::vector<float>& levels, bool shadows = true) const;
+  PatchLight projector_light(const Image3& emitted) const;
+  PatchLight point_light(const PointLight& light, const Vec3& colour) const;
+  PatchLight gathered(const std::vector<Vec3>& irradiance) const;  // per vertex
+
+  // D of every light, modulated by the skin's own texture: result[light][receiver].
+  std::vector<Radiance> depolarized(const Receivers& receivers,
+                                    const std::vector<const PatchLight*>& lights) const;
+
+  // S under LED levels; under a point with a colour; under the projector's image.
+  Radiance polarized_leds(const Receivers& receivers, const std::vector<float>& levels) const;
+  Radiance polarized_point(const Receivers& receivers, const PointLight& light,
+                           const Vec3& colour) const;
+  Radiance polarized_projector(const Receivers& receivers, const Image3& emitted) const;
+
+  const PointLight& projector() const { return *projector_; }
+
+  // Pattern light at a place, in the colours of the LEDs: emitted value only, no cosine.
+  Vec3 pattern_at(const Image3& emitted, const Vec3& x_mm) const;
+
+ private:
+  Vec3 keeps_polarization(const Receivers& r, size_t i, const Vec3& l) const;
+
+  Session rig_;
+  Subject subject_;
+  std::array<Skin, kRegionCount> skins_;
+  SkinProfiles profiles_;
+  Surface surface_;
+  std::unique_ptr<LedVisibility> visibility_;
+  std::unique_ptr<PointLight> projector_;
+  std::unique_ptr<Diffusion> diffusion_;
+  std::vector<LobeLoss> loss_;
+  Receivers left_, right_;
+};
+
+}  // namespace lamella::twin

@@ -1,0 +1,18 @@
+// The rig that the twin stands in for: 150 LEDs, two cameras beside a projector, and its patterns.
+#pragma once
+
+#include "io/session.h"
+
+namespace lamella::twin {
+
+inline constexpr int kLedCount = 150;
+
+// Directions in the order that PROTOCOL.md fixes: a frequency-4 icosahedral sphere without the
+// stand and the opening for the cameras, by height falling, then azimuth rising.
+std::vector<Vec3> led_directions();
+
+// A session without frames: the rig with everything calibrated. `scale` multiplies the cameras'
+// resolution (600 x 750 at 1).
+Session make_rig(const std::string& subject, double scale);
+
+}  // namespace lamella::twin
