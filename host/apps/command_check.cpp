@@ -1,10 +1,75 @@
+// lamella check SESSION: is this session fit to fit, and why not.
+#include <fmt/format.h>
+
+#include <memory>
+#include <nlohmann/json.hpp>
+
 #include "apps/commands.h"
 #include "base/error.h"
+#include "calib/check.h"
 
 namespace lamella::apps {
 
-void add_check(CLI::App& app, int*) {
-  app.add_subcommand("check")->callback([] { throw_bad_input("check", "not in this build"); });
+namespace {
+
+struct CheckArguments {
+  fs::path session;
+  bool json = false;
+};
+
+const char* verdict(Grade worst) {
+  if (worst == Grade::kUnusable) return "not usable";
+  return worst == Grade::kPoor ? "usable, below the quality asked" : "fit to fit";
+}
+
+void print_table(const SessionCheck& check) {
+  for (const CheckLine& l : check.lines) {
+    fmt::print("{:<9} {:<30} {}\n", grade_name(l.grade), l.name, l.text);
+  }
+  fmt::print("\n{}\n", verdict(check.worst()));
+}
+
+void print_json(const CheckArguments& args, const SessionCheck& check) {
+  nlohmann::ordered_json lines = nlohmann::ordered_json::array();
+  for (const CheckLine& l : check.lines) {
+    nlohmann::ordered_json line = {
+        {"grade", grade_name(l.grade)}, {"name", l.name}, {"text", l.text}};
+    if (!l.unit.empty() || l.limit > 0) {
+      line["figure"] = l.figure;
+      line["unit"] = l.unit;
+    }
+    if (l.limit > 0) line["limit"] = l.limit;
+    lines.push_back(line);
+  }
+  const nlohmann::ordered_json report = {{"session", args.session.string()},
+                                         {"grade", grade_name(check.worst())},
+                                         {"verdict", verdict(check.worst())},
+                                         {"lines", lines}};
+  fmt::print("{}\n", report.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+}
+
+int run_check(const CheckArguments& args) {
+  const SessionCheck check = check_session(args.session);
+  if (args.json) {
+    print_json(args, check);
+  } else {
+    print_table(check);
+  }
+  std::fflush(stdout);
+  if (const CheckLine* reason = check.reason()) {
+    throw Error(Fault::kBadInput, "not usable", reason->text);
+  }
+  return check.worst() == Grade::kPoor ? 1 : 0;
+}
+
+}  // namespace
+
+void add_check(CLI::App& app, int* exit_code) {
+  auto args = std::make_shared<CheckArguments>();
+  CLI::App* command = app.add_subcommand("check", "Is a session fit to fit, and why not");
+  command->add_option("session", args->session, "session folder")->required();
+  command->add_flag("--json", args->json, "print the report as JSON");
+  command->callback([args, exit_code] { *exit_code = run_check(*args); });
 }
 
 }  // namespace lamella::apps

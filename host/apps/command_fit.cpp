@@ -52,7 +52,7 @@ void run_fit(const FitArguments& args) {
   const fs::path out = args.out.empty() ? session.path / "fit" : fs::path(args.out);
   fit::LayeredFit fit = fit::fit_layers(session, fit::step_from_name(args.until));
   const Stopwatch write_watch;
-  WholeFolder folder(out);
+  WholeFolder folder(out, "layers.json");
   const bool whole = !fit.maps.total_albedo.empty();
   tbb::parallel_invoke(
       [&] { write_layer_maps(folder.path(), fit.maps); },

@@ -1,0 +1,42 @@
+// Is a session fit to be fitted, and why not: what a photographer would look at first.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "io/session.h"
+
+namespace lamella {
+
+enum class Grade {
+  kGood,
+  kNote,  // nothing wrong, but worth knowing
+  kPoor,  // usable, below the quality asked
+  kUnusable,
+};
+
+const char* grade_name(Grade grade);  // "good", "note", "poor", "unusable"
+
+struct CheckLine {
+  Grade grade = Grade::kGood;
+  std::string name;   // "clipped, LEDs"
+  std::string text;   // the finding in words and units
+  double figure = 0;  // the same as a number, in `unit`
+  std::string unit;   // "%", "us", "" for a ratio
+  double limit = 0;   // beyond it the line is poor; 0 where there is none
+};
+
+struct SessionCheck {
+  std::vector<CheckLine> lines;
+
+  Grade worst() const;
+
+  // The first line that makes the session unusable, for whoever wants one sentence.
+  const CheckLine* reason() const;
+};
+
+// Every photograph is read. Throws Error only where there is no readable manifest; everything else
+// is a line.
+SessionCheck check_session(const fs::path& path);
+
+}  // namespace lamella

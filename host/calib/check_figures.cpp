@@ -1,0 +1,132 @@
+#include "calib/check_figures.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lamella {
+
+namespace {
+
+constexpr size_t kMostPixels = 250000;
+constexpr double kSensorLevels = 4096;
+
+double median(std::vector<float> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + ptrdiff_t(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+template <class Value>
+double median_over(const std::vector<cv::Point>& pixels, const Value& value) {
+  std::vector<float> values;
+  values.reserve(pixels.size());
+  for (const cv::Point& p : pixels) {
+    const float v = value(p);
+    if (is_finite(v)) values.push_back(v);
+  }
+  return median(std::move(values));
+}
+
+template <class Value>
+double mean_over(const std::vector<cv::Point>& pixels, const Value& value) {
+  double sum = 0;
+  for (const cv::Point& p : pixels) sum += value(p);
+  return pixels.empty() ? 0 : sum / double(pixels.size());
+}
+
+}  // namespace
+
+std::vector<cv::Point> pixels_to_check(const Labels& labels, const Image3& front_cross) {
+  const double lit = 0.1 * [&] {
+    std::vector<float> values;
+    for (const Vec3& v : front_cross) values.push_back(mean(v));
+    const auto at = values.begin() + ptrdiff_t(0.99 * double(values.size() - 1));
+    std::nth_element(values.begin(), at, values.end());
+    return double(*at);
+  }();
+  std::vector<cv::Point> pixels;
+  for (int y = 0; y < front_cross.rows; ++y) {
+    for (int x = 0; x < front_cross.cols; ++x) {
+      const bool inside = labels.empty() ? mean(front_cross(y, x)) > lit : labels(y, x) > 0;
+      if (inside) pixels.emplace_back(x, y);
+    }
+  }
+  const size_t step = pixels.size() / kMostPixels + 1;
+  std::vector<cv::Point> some;
+  for (size_t i = 0; i < pixels.size(); i += step) some.push_back(pixels[i]);
+  return some;
+}
+
+double clipped_share(const std::vector<const Photograph*>& photographs,
+                     const std::vector<cv::Point>& pixels) {
+  return mean_over(pixels, [&](const cv::Point& p) {
+    return std::any_of(photographs.begin(), photographs.end(),
+                       [&](const Photograph* photograph) { return photograph->clipped(p) > 0; })
+               ? 1.0
+               : 0.0;
+  });
+}
+
+double signal_to_noise(const Photograph& photograph, const Camera& camera, const Frame& frame,
+                       const std::vector<cv::Point>& pixels) {
+  if (!(camera.full_well_electrons > 0) || camera.saturation > 1e29) return 0;
+  const double step = camera.saturation / kSensorLevels;
+  const double floor = camera.read_noise * camera.read_noise + step * step / 12;
+  const double per_stored = camera.saturation / camera.full_well_electrons;
+  double least = std::numeric_limits<double>::infinity();
+  for (int c = 0; c < 3; ++c) {
+    least = std::min(least, median_over(pixels, [&](const cv::Point& p) {
+                       const float stored = photograph.radiance(p)[c] / frame.radiance_scale[c];
+                       return stored / float(std::sqrt(floor + per_stored * std::max(0.f, stored)));
+                     }));
+  }
+  return least;
+}
+
+double black_level(const CheckedBurst& burst) {
+  return median_over(burst.pixels, [&](const cv::Point& p) {
+    return mean(burst.black.radiance(p)) / mean(burst.front_cross.radiance(p));
+  });
+}
+
+double stripe_closure(const CheckedBurst& burst) {
+  return median_over(burst.pixels, [&](const cv::Point& p) {
+    float sum = 0;
+    for (const Photograph& s : burst.stripes) sum += mean(s.radiance(p));
+    const float whole = 2 * (mean(burst.front_cross.radiance(p)) + mean(burst.black.radiance(p)));
+    return std::abs(sum / whole - 1);
+  });
+}
+
+double polarized_share(const Photograph& parallel, const Photograph& cross,
+                       const std::vector<cv::Point>& pixels) {
+  const double s = mean_over(
+      pixels, [&](const cv::Point& p) { return mean(parallel.radiance(p) - cross.radiance(p)); });
+  return s / mean_over(pixels, [&](const cv::Point& p) { return mean(cross.radiance(p)); });
+}
+
+// The channels carry the same cosine, a third of a period apart: x_c = 1/2 + a cos(phi + 2 pi c/3)
+// has sum (x_c - mean)^2 = 3 a^2 / 2.
+double fringe_contrast(const CheckedBurst& burst) {
+  return median_over(burst.pixels, [&](const cv::Point& p) {
+    const Vec3 black = burst.black.radiance(p);
+    const Vec3 light = burst.finest_fringe.radiance(p) - black;
+    const Vec3 white = burst.front_cross.radiance(p) - black;
+    const Vec3 x(light[0] / white[0], light[1] / white[1], light[2] / white[2]);
+    const Vec3 off = x - Vec3::all(mean(x));
+    return 2 * std::sqrt(dot(off, off) * 2 / 3);
+  });
+}
+
+double gradient_above_full(const CheckedBurst& burst) {
+  return mean_over(burst.pixels, [&](const cv::Point& p) {
+    const float limit = 1.1f * mean(burst.full_cross.radiance(p));
+    return std::any_of(burst.gradient.begin(), burst.gradient.end(),
+                       [&](const Photograph& g) { return mean(g.radiance(p)) > limit; })
+               ? 1.0
+               : 0.0;
+  });
+}
+
+}  // namespace lamella
