@@ -1,0 +1,304 @@
+#include <algorithm>
+#include <map>
+#include <opencv2/imgproc.hpp>
+
+#include "base/parallel.h"
+#include "fit/dot_pattern.h"
+#include "fit/layer_profile.h"
+#include "fit/scattering.h"
+#include "model/diffuse_reflectance.h"
+
+namespace lamella::fit {
+
+namespace {
+
+constexpr float kDarkest = 0.01f;         // FRONT - BLACK below this says little
+constexpr float kSmallestCosine = 0.35f;  // beyond, a dot is not on a plane any more
+constexpr float kModelError = 0.01f;      // of FRONT - BLACK
+constexpr float kLeastShare = 0.6f;       // of a dot's pixels in one region
+constexpr size_t kFewestPixels = 300;
+constexpr double kOffsetSigma = 0.003;    // of the black level, relative to FRONT - BLACK
+constexpr int kJackknifeGroups = 8;
+constexpr double kBlend_mm = 3;           // l_d goes from one region's to the next's over this
+constexpr float kHighestReflectance = 0.97f;
+
+using ChannelEquations = std::array<KernelEquations, 3>;
+
+// One dot and the light between it and its neighbours.
+struct DotPixels {
+  std::vector<cv::Point> pixel;
+  int label = 0;
+};
+
+struct Dot {
+  int label = 0;
+  ChannelEquations equations;
+};
+
+bool usable(const Burst& burst, const Geometry& geometry, const Normals& normals, int y, int x) {
+  if (!burst.regions(y, x) || burst.clipped_projector(y, x)) return false;
+  const Vec3& n = normals.diffuse[1](y, x);
+  if (!is_finite(n) || !is_finite(geometry.position_mm(y, x))) return false;
+  return dot(n, geometry.to_projector(y, x)) > kSmallestCosine;
+}
+
+// The label that most of the pixels have, where it is nearly all of them; 0 otherwise.
+int dominant_label(const Burst& burst, const std::vector<cv::Point>& pixels) {
+  std::array<size_t, 256> count{};
+  for (const cv::Point& p : pixels) ++count[burst.regions(p)];
+  const auto most = std::max_element(count.begin(), count.end());
+  if (float(*most) < kLeastShare * float(pixels.size()) || *most < kFewestPixels) return 0;
+  return int(most - count.begin());
+}
+
+std::vector<DotPixels> find_dots(const Burst& burst, const Geometry& geometry,
+                                 const Normals& normals, const DotPattern& pattern) {
+  std::map<std::pair<int, int>, DotPixels> dots;
+  for (int y = 0; y < burst.regions.rows; ++y) {
+    for (int x = y & 1; x < burst.regions.cols; x += 2) {
+      if (!usable(burst, geometry, normals, y, x)) continue;
+      const DotPattern::Place at = pattern.place(geometry.projector_px(y, x));
+      dots[{at.row, at.column}].pixel.push_back({x, y});
+    }
+  }
+  std::vector<DotPixels> found;
+  for (auto& [key, dot] : dots) {
+    dot.label = dominant_label(burst, dot.pixel);
+    if (dot.label) found.push_back(std::move(dot));
+  }
+  return found;
+}
+
+PatternMetric mean_metric(const Burst& burst, const Geometry& geometry, const Normals& normals,
+                          const DotPixels& dot) {
+  PatternMetric sum(0, 0, 0);
+  for (const cv::Point& p : dot.pixel) {
+    sum += metric_of(pattern_gradient(burst.session->projector, geometry.position_mm(p),
+                                      normals.diffuse[1](p)));
+  }
+  return sum / double(dot.pixel.size());
+}
+
+// DOTS/(FRONT - BLACK) is the share of the kernel's light that comes from lit skin: what the pixel
+// itself reflects, and how it is turned, cancel.
+Dot equations_of(const Burst& burst, const Geometry& geometry, const DotPattern& pattern,
+                 const DotPixels& pixels, const PatternMetric& metric) {
+  Dot dot;
+  dot.label = pixels.label;
+  const BlurredDots table = pattern.blurred(metric);
+  BlurredDots::Sample sample;
+  KernelEquations::Vector row;
+  for (const cv::Point& p : pixels.pixel) {
+    if (burst.regions(p) != dot.label) continue;
+    const DotPattern::Place at = pattern.place(geometry.projector_px(p));
+    table.look_up(at.u, at.v, &sample);
+    for (int j = 0; j < GaussianBasis::kSize; ++j) row(j) = sample[size_t(j)];
+    row(GaussianBasis::kSize) = 1;
+    for (int c = 0; c < 3; ++c) {
+      const float lit = burst.front_lit(p)[c], dark = burst.dots(p)[c], ratio = dark / lit;
+      if (lit < kDarkest) continue;
+      const float variance =
+          (burst.noise.variance(dark) + ratio * ratio * burst.noise.variance(lit)) / (lit * lit);
+      dot.equations[size_t(c)].add(row, ratio, 1 / (variance + kModelError * kModelError));
+    }
+  }
+  return dot;
+}
+
+std::vector<Dot> measure_dots(const Burst& burst, const Geometry& geometry,
+                              const Normals& normals) {
+  const DotPattern pattern(burst.session->patterns);
+  const std::vector<DotPixels> found = find_dots(burst, geometry, normals, pattern);
+  std::vector<Dot> dots(found.size());
+  parallel_for(int(found.size()), [&](int i) {
+    const DotPixels& pixels = found[size_t(i)];
+    dots[size_t(i)] = equations_of(burst, geometry, pattern, pixels,
+                                   mean_metric(burst, geometry, normals, pixels));
+  });
+  return dots;
+}
+
+// Leaving out one group of dots after the other.
+double jackknife_stddev(const std::vector<const KernelEquations*>& dots,
+                        const KernelEquations& all) {
+  const int groups = std::min(kJackknifeGroups, int(dots.size()));
+  if (groups < 2) return 0;
+  std::vector<double> ld(size_t(groups), 0.0);
+  for (int g = 0; g < groups; ++g) {
+    KernelEquations rest = all;
+    for (size_t i = size_t(g); i < dots.size(); i += size_t(groups)) rest += dots[i]->scaled(-1);
+    ld[size_t(g)] = fit_deep_profile(solve_kernel(rest, kOffsetSigma).weight).ld_mm;
+  }
+  double mean = 0, square = 0;
+  for (double x : ld) mean += x / groups;
+  for (double x : ld) square += (x - mean) * (x - mean);
+  return std::sqrt(square * (groups - 1) / groups);
+}
+
+float median_of(std::vector<float>* values) {
+  if (values->empty()) return kNaN;
+  const auto middle = values->begin() + std::ptrdiff_t(values->size() / 2);
+  std::nth_element(values->begin(), middle, values->end());
+  return *middle;
+}
+
+// Shallow over shallow + deep, medians over a region.
+std::array<double, 3> shallow_share(const Burst& burst, const Separation& separation, int label) {
+  std::array<double, 3> share{};
+  for (int c = 0; c < 3; ++c) {
+    std::vector<float> shallow, deep;
+    for (int y = 0; y < burst.regions.rows; y += 2) {
+      for (int x = 0; x < burst.regions.cols; x += 2) {
+        if (burst.regions(y, x) != label || !is_finite(separation.deep_albedo(y, x))) continue;
+        shallow.push_back(separation.shallow_albedo(y, x)[c]);
+        deep.push_back(separation.deep_albedo(y, x)[c]);
+      }
+    }
+    const double s = median_of(&shallow), d = median_of(&deep);
+    share[size_t(c)] = s + d > 0 ? s / (s + d) : 0.5;
+  }
+  return share;
+}
+
+void fit_channel(const std::vector<const KernelEquations*>& dots, double share, size_t c,
+                 RegionScattering* region) {
+  KernelEquations all;
+  for (const KernelEquations* dot : dots) all += *dot;
+  const Kernel kernel = solve_kernel(all, kOffsetSigma);
+  const DeepProfile deep = fit_deep_profile(kernel.weight);
+  const LayeredProfile layers =
+      fit_layered_profile(kernel.weight, deep, share, region->thickness_mm);
+  region->ld_mm[c] = deep.ld_mm;
+  region->ld_mm_stddev[c] = std::hypot(deep.ld_mm_stddev, jackknife_stddev(dots, all));
+  region->deep_rms[c] = layers.deep_rms;
+  region->alpha_dot[c] = layers.alpha_dot;
+  region->alpha_dot_stddev[c] = layers.alpha_dot_stddev;
+  region->shallow_alpha[c] = layers.shallow_alpha;
+  region->shallow_alpha_stddev[c] = layers.shallow_alpha_stddev;
+  region->shallow_ld_mm[c] = layers.shallow_ld_mm;
+  region->shallow_ld_mm_stddev[c] = layers.shallow_ld_mm_stddev;
+  region->shallow_rms[c] = layers.shallow_rms;
+  if (!layers.shallow_fitted) {
+    region->shallow_fitted = false;
+    region->shallow_why = layers.shallow_why;
+  }
+}
+
+// How many pixels of each other region border on region `label`.
+std::vector<double> border_lengths(const Labels& regions, int label, size_t count) {
+  std::vector<double> length(count + 1, 0.0);
+  Mask own = regions == label, grown;
+  cv::dilate(own, grown, cv::getStructuringElement(cv::MORPH_ELLIPSE, {25, 25}));
+  for (int y = 0; y < regions.rows; ++y) {
+    for (int x = 0; x < regions.cols; ++x) {
+      if (grown(y, x) && regions(y, x) != label) length[regions(y, x)] += 1;
+    }
+  }
+  length[0] = 0;
+  return length;
+}
+
+// A region without a dot of its own takes the mean of those that border on it, or of all.
+void borrow(const Labels& labels, size_t index, std::vector<RegionScattering>* regions) {
+  std::vector<double> weight = border_lengths(labels, int(index) + 1, regions->size());
+  const auto fitted = [&](size_t i) { return (*regions)[i].dots > 0; };
+  double sum = 0;
+  for (size_t i = 0; i < regions->size(); ++i) sum += fitted(i) ? weight[i + 1] : 0;
+  RegionScattering taken;
+  taken.deep_why = "no dot of the pattern lies on it: its neighbours' values";
+  taken.shallow_why = taken.deep_why;
+  for (size_t i = 0; i < regions->size(); ++i) {
+    if (!fitted(i)) continue;
+    const RegionScattering& from = (*regions)[i];
+    const double all = double(std::count_if(regions->begin(), regions->end(),
+                                            [](const auto& r) { return r.dots > 0; }));
+    const double share = sum > 0 ? weight[i + 1] / sum : 1 / all;
+    for (size_t c = 0; c < 3; ++c) {
+      taken.ld_mm[c] += share * from.ld_mm[c];
+      taken.ld_mm_stddev[c] += share * (from.ld_mm_stddev[c] + 0.2 * from.ld_mm[c]);
+      taken.alpha_dot[c] += share * from.alpha_dot[c];
+      taken.alpha_dot_stddev[c] += share * from.alpha_dot_stddev[c];
+      taken.deep_rms[c] += share * from.deep_rms[c];
+      taken.shallow_alpha[c] += share * from.shallow_alpha[c];
+      taken.shallow_alpha_stddev[c] += share * from.shallow_alpha_stddev[c];
+      taken.shallow_ld_mm[c] += share * from.shallow_ld_mm[c];
+      taken.shallow_ld_mm_stddev[c] += share * from.shallow_ld_mm_stddev[c];
+      taken.shallow_rms[c] += share * from.shallow_rms[c];
+    }
+  }
+  (*regions)[index] = taken;
+}
+
+Image3 blend_ld(const Burst& burst, const std::vector<RegionScattering>& regions) {
+  const cv::Size size = burst.regions.size();
+  Image3 sum(size, Vec3(0, 0, 0));
+  Image1 weight(size, 0.f);
+  for (int y = 0; y < size.height; ++y) {
+    for (int x = 0; x < size.width; ++x) {
+      if (!burst.regions(y, x)) continue;
+      const auto& ld = regions[burst.regions(y, x) - 1u].ld_mm;
+      sum(y, x) = Vec3(float(ld[0]), float(ld[1]), float(ld[2]));
+      weight(y, x) = 1;
+    }
+  }
+  const Camera& camera = burst.session->left;
+  const double px_per_mm = camera.fx / camera.depth_mm({0, 0, 0});
+  const int width = std::max(1, int(kBlend_mm * px_per_mm)) | 1;
+  cv::boxFilter(sum, sum, -1, {width, width}, {-1, -1}, false);
+  cv::boxFilter(weight, weight, -1, {width, width}, {-1, -1}, false);
+  Image3 blended(size, Vec3(kNaN, kNaN, kNaN));
+  parallel_for(size.height, [&](int y) {
+    for (int x = 0; x < size.width; ++x) {
+      if (burst.regions(y, x)) blended(y, x) = sum(y, x) * (1 / weight(y, x));
+    }
+  });
+  return blended;
+}
+
+Image3 alpha_map(const Image3& deep_albedo) {
+  static const model::AlphaTable table;
+  Image3 alpha(deep_albedo.size(), Vec3(kNaN, kNaN, kNaN));
+  parallel_for(alpha.rows, [&](int y) {
+    for (int x = 0; x < alpha.cols; ++x) {
+      const Vec3& deep = deep_albedo(y, x);
+      if (!is_finite(deep)) continue;
+      for (int c = 0; c < 3; ++c) {
+        alpha(y, x)[c] = table.alpha(std::min(deep[c], kHighestReflectance));
+      }
+    }
+  });
+  return alpha;
+}
+
+}  // namespace
+
+Scattering fit_scattering(const Burst& burst, const Geometry& geometry, const Normals& normals,
+                          const Separation& separation) {
+  Scattering scattering;
+  scattering.regions.resize(burst.region_names.size() - 1);
+  const std::vector<Dot> dots = measure_dots(burst, geometry, normals);
+  parallel_for(int(scattering.regions.size()), [&](int i) {
+    RegionScattering& region = scattering.regions[size_t(i)];
+    std::array<std::vector<const KernelEquations*>, 3> own;
+    for (const Dot& dot : dots) {
+      if (dot.label != i + 1) continue;
+      for (size_t c = 0; c < 3; ++c) {
+        if (dot.equations[c].count > double(kFewestPixels) / 4) own[c].push_back(&dot.equations[c]);
+      }
+    }
+    if (own[0].empty() || own[1].empty() || own[2].empty()) return;
+    region.dots = int(own[1].size());
+    region.deep_fitted = region.shallow_fitted = true;
+    const std::array<double, 3> share = shallow_share(burst, separation, i + 1);
+    for (size_t c = 0; c < 3; ++c) fit_channel(own[c], share[c], c, &region);
+  });
+  const std::vector<RegionScattering> measured = scattering.regions;
+  for (size_t i = 0; i < measured.size(); ++i) {
+    if (measured[i].dots == 0) borrow(burst.regions, i, &scattering.regions);
+  }
+  scattering.deep_ld_mm = blend_ld(burst, scattering.regions);
+  scattering.deep_alpha = alpha_map(separation.deep_albedo);
+  return scattering;
+}
+
+}  // namespace lamella::fit

@@ -1,0 +1,211 @@
+#include "fit/layer_profile.h"
+
+#include <ceres/ceres.h>
+
+#include <algorithm>
+#include <memory>
+#include <vector>
+
+#include "model/multipole.h"
+
+namespace lamella::fit {
+
+namespace {
+
+constexpr double kTransport_mm = 0.37;       // 1/sigma_t' of dermis, 2 to 4 per mm in the literature
+constexpr double kTransportSpread = 0.15;    // one sigma of its logarithm
+constexpr double kKernelError = 0.05;        // relative, of what the dots say of the kernel
+constexpr double kLongest_mm = 8, kShortest_mm = 0.15;
+constexpr double kHighestAlpha = 0.9999, kLowestAlpha = 0.02;
+constexpr double kSmallestShare = 0.02;      // a layer with less is within the noise
+constexpr double kSmallestTotal = 0.01;      // a slab that reflects less is outside diffusion
+
+struct Sample {
+  double r_mm, value, weight;
+};
+
+// Rings at equal steps of log r, each weighted by the root of the light in it.
+std::vector<Sample> sample_kernel(const GaussianBasis::Weights& kernel, double from_mm,
+                                  double to_mm, int count) {
+  std::vector<Sample> samples;
+  double largest = 0;
+  for (int i = 0; i < count; ++i) {
+    const double r = from_mm * std::pow(to_mm / from_mm, i / (count - 1.0));
+    const double value = std::max(GaussianBasis::profile(kernel, r), 1e-9);
+    samples.push_back({r, value, std::sqrt(r * r * value)});
+    largest = std::max(largest, samples.back().weight);
+  }
+  for (Sample& s : samples) s.weight /= largest;
+  return samples;
+}
+
+struct TailResidual {
+  Sample sample;
+  template <class Real>
+  bool operator()(const Real* log_ld, const Real* log_transport, const Real* log_amplitude,
+                  Real* residual) const {
+    using std::exp;
+    using std::log;
+    const Real ld = exp(*log_ld), z_r = exp(*log_transport);
+    const Real z_v = z_r * (1.0 + 4.0 / 3.0 * model::kBoundaryFactor);
+    const Real shape = model::source_term(z_r, ld, sample.r_mm) +
+                       model::source_term(z_v, ld, sample.r_mm);
+    *residual = sample.weight * (*log_amplitude + log(shape / sample.value)) / kKernelError;
+    return true;
+  }
+};
+
+struct LogPrior {
+  double mean, sigma;
+  template <class Real>
+  bool operator()(const Real* log_value, Real* residual) const {
+    *residual = (*log_value - mean) / sigma;
+    return true;
+  }
+};
+
+ceres::Solver::Options quiet_options() {
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_QR;
+  options.logging_type = ceres::SILENT;
+  options.max_num_iterations = 60;
+  options.num_threads = 1;
+  return options;
+}
+
+double stddev_of(ceres::Problem* problem, double* parameter) {
+  ceres::Covariance::Options options;
+  options.algorithm_type = ceres::DENSE_SVD;
+  options.null_space_rank = -1;
+  ceres::Covariance covariance(options);
+  double variance = 0;
+  const std::vector<std::pair<const double*, const double*>> itself{{parameter, parameter}};
+  if (!covariance.Compute(itself, problem)) return 0;
+  covariance.GetCovarianceBlock(parameter, parameter, &variance);
+  return std::sqrt(variance);
+}
+
+// Sum of deep and shallow, each scaled to its share, against the kernel.
+struct LayeredResidual {
+  Sample sample;
+  double ld_mm, shallow_share, thickness_mm;
+
+  template <class Real>
+  Real deep(const Real& s) const {
+    const model::Dipole<Real> dipole{model::alpha_from_s(s), Real(ld_mm)};
+    return model::dipole_reflectance(dipole, sample.r_mm) / model::diffuse_reflectance_at_s(s);
+  }
+
+  template <class Real>
+  Real shallow(const Real& s, const Real& ld) const {
+    const model::Multipole<Real> slab{model::alpha_from_s(s), ld, thickness_mm};
+    return model::multipole_reflectance(slab, sample.r_mm) / model::multipole_total(slab);
+  }
+
+  template <class Real>
+  bool operator()(const Real* deep_s, const Real* shallow_s, const Real* log_shallow_ld,
+                  Real* residual) const {
+    using std::exp;
+    const Real sum = (1.0 - shallow_share) * deep(*deep_s) +
+                     shallow_share * shallow(*shallow_s, exp(*log_shallow_ld));
+    *residual = sample.weight * (sum / sample.value - 1.0) / kKernelError;
+    return true;
+  }
+};
+
+struct Start {
+  double deep_s, shallow_s, shallow_ld_mm;
+};
+
+// One descent from `start`; the cost is in `profile->shallow_rms` only where it is the best so far.
+double descend(const std::vector<Sample>& samples, double ld_mm, double share,
+               double thickness_mm, const Start& start, LayeredProfile* profile) {
+  double deep_s = start.deep_s, shallow_s = start.shallow_s;
+  double log_ld = std::log(start.shallow_ld_mm);
+  ceres::Problem problem;
+  for (const Sample& sample : samples) {
+    problem.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<LayeredResidual, 1, 1, 1, 1>(
+            new LayeredResidual{sample, ld_mm, share, thickness_mm}),
+        nullptr, &deep_s, &shallow_s, &log_ld);
+  }
+  for (double* s : {&deep_s, &shallow_s}) {
+    problem.SetParameterLowerBound(s, 0, model::s_from_alpha(kHighestAlpha));
+    problem.SetParameterUpperBound(s, 0, model::s_from_alpha(kLowestAlpha));
+  }
+  problem.SetParameterLowerBound(&log_ld, 0, std::log(0.1));
+  problem.SetParameterUpperBound(&log_ld, 0, std::log(4.0));
+  ceres::Solver::Summary summary;
+  ceres::Solve(quiet_options(), &problem, &summary);
+  profile->alpha_dot = model::alpha_from_s(deep_s);
+  profile->shallow_alpha = model::alpha_from_s(shallow_s);
+  profile->shallow_ld_mm = std::exp(log_ld);
+  profile->alpha_dot_stddev = 2 * deep_s / 3 * stddev_of(&problem, &deep_s);
+  profile->shallow_alpha_stddev = 2 * shallow_s / 3 * stddev_of(&problem, &shallow_s);
+  profile->shallow_ld_mm_stddev = profile->shallow_ld_mm * stddev_of(&problem, &log_ld);
+  double weight = 0;
+  for (const Sample& sample : samples) weight += sample.weight * sample.weight;
+  profile->shallow_rms = kKernelError * std::sqrt(2 * summary.final_cost / weight);
+  return summary.final_cost;
+}
+
+void judge_shallow(double share, double thickness_mm, LayeredProfile* profile) {
+  const model::Multipole<double> slab{profile->shallow_alpha, profile->shallow_ld_mm,
+                                      thickness_mm};
+  profile->shallow_fitted = true;
+  if (share < kSmallestShare) {
+    profile->shallow_fitted = false;
+    profile->shallow_why = "the stripes show no shallow light above the noise";
+  } else if (model::multipole_total(slab) < kSmallestTotal) {
+    profile->shallow_fitted = false;
+    profile->shallow_why = "a slab this thin against its mean free path is outside diffusion";
+  }
+}
+
+}  // namespace
+
+DeepProfile fit_deep_profile(const GaussianBasis::Weights& kernel) {
+  const std::vector<Sample> samples = sample_kernel(kernel, 1.0, 6.0, 24);
+  double log_ld = 0, log_transport = std::log(kTransport_mm), log_amplitude = 0;
+  ceres::Problem problem;
+  for (const Sample& sample : samples) {
+    problem.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<TailResidual, 1, 1, 1, 1>(new TailResidual{sample}),
+        nullptr, &log_ld, &log_transport, &log_amplitude);
+  }
+  problem.AddResidualBlock(
+      new ceres::AutoDiffCostFunction<LogPrior, 1, 1>(
+          new LogPrior{std::log(kTransport_mm), kTransportSpread}),
+      nullptr, &log_transport);
+  ceres::Solver::Summary summary;
+  ceres::Solve(quiet_options(), &problem, &summary);
+  DeepProfile deep;
+  deep.ld_mm = std::exp(log_ld);
+  deep.ld_mm_stddev = deep.ld_mm * stddev_of(&problem, &log_ld);
+  deep.transport_mm = std::min(std::exp(log_transport), 1.7 * deep.ld_mm);
+  double weight = 0;
+  for (const Sample& sample : samples) weight += sample.weight * sample.weight;
+  deep.rms = kKernelError * std::sqrt(2 * summary.final_cost / weight);
+  return deep;
+}
+
+LayeredProfile fit_layered_profile(const GaussianBasis::Weights& kernel, const DeepProfile& deep,
+                                   double shallow_share, double thickness_mm) {
+  const std::vector<Sample> samples = sample_kernel(kernel, kShortest_mm, kLongest_mm, 40);
+  const double s = deep.transport_mm / deep.ld_mm;
+  LayeredProfile best;
+  double least = 0;
+  for (const Start& start : {Start{s, 0.3, 0.4}, Start{1.2, 0.2, 1.2}, Start{1.2, 1.2, 0.5}}) {
+    LayeredProfile profile;
+    const double cost =
+        descend(samples, deep.ld_mm, shallow_share, thickness_mm, start, &profile);
+    if (best.alpha_dot > 0 && cost >= least) continue;
+    best = profile;
+    least = cost;
+  }
+  best.deep_rms = deep.rms;
+  judge_shallow(shallow_share, thickness_mm, &best);
+  return best;
+}
+
+}  // namespace lamella::fit

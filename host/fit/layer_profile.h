@@ -1,0 +1,35 @@
+// From a scattering kernel to the parameters that a renderer uses: the dipole of its tail, and the
+// multipole that completes it.
+#pragma once
+
+#include <string>
+
+#include "fit/gaussian_basis.h"
+
+namespace lamella::fit {
+
+struct DeepProfile {
+  double ld_mm = 0, ld_mm_stddev = 0;
+  double transport_mm = 0;  // z_r, which sets alpha' = 1 - (z_r/l_d)^2/3
+  double rms = 0;           // of the logarithm, weighted by the light
+};
+
+// Dipole of free amplitude to the tail of a kernel, 1 to 6 mm. alpha', l_d and amplitude cannot all
+// be told apart there: dermis is taken to have a transport length of kTransport_mm within a factor.
+DeepProfile fit_deep_profile(const GaussianBasis::Weights& kernel);
+
+struct LayeredProfile {
+  double alpha_dot = 0, alpha_dot_stddev = 0;
+  double shallow_alpha = 0, shallow_alpha_stddev = 0;
+  double shallow_ld_mm = 0, shallow_ld_mm_stddev = 0;
+  double deep_rms = 0, shallow_rms = 0;  // relative, weighted by the light
+  bool shallow_fitted = false;
+  std::string shallow_why;
+};
+
+// Deep dipole of mean free path `ld_mm` and shallow multipole together, to the whole kernel; their
+// integrals are in the proportion that the stripes measured.
+LayeredProfile fit_layered_profile(const GaussianBasis::Weights& kernel, const DeepProfile& deep,
+                                   double shallow_share, double thickness_mm);
+
+}  // namespace lamella::fit
