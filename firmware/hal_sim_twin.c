@@ -6,11 +6,14 @@
 #include <stdio.h>
 #include <string.h>
 #include <sys/socket.h>
+#include <sys/time.h>
 #include <sys/un.h>
 #include <unistd.h>
 
 #include "crc32c.h"
 #include "wire.h"
+
+static const time_t kPhotographTimeoutS = 120;
 
 int sim_twin_connect(const char* path, char* error, size_t error_size) {
   struct sockaddr_un address = {.sun_family = AF_UNIX};
@@ -26,6 +29,8 @@ int sim_twin_connect(const char* path, char* error, size_t error_size) {
     if (fd >= 0) close(fd);
     return -1;
   }
+  const struct timeval timeout = {.tv_sec = kPhotographTimeoutS};
+  setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof timeout);
   return fd;
 }
 
@@ -44,10 +49,10 @@ static bool send_all(int socket, const uint8_t* bytes, size_t count) {
   return true;
 }
 
+// A signal or a twin silent for too long ends the wait: the daemon must stay stoppable.
 static bool receive_all(int socket, uint8_t* bytes, size_t count) {
   while (count > 0) {
     const ssize_t received = recv(socket, bytes, count, 0);
-    if (received < 0 && errno == EINTR) continue;
     if (received <= 0) return false;
     bytes += received;
     count -= (size_t)received;
@@ -80,7 +85,7 @@ bool sim_twin_photograph(int socket, const lamella_v1_ExposureReport* report,
                          struct hal_photograph* photograph, char* error, size_t error_size) {
   lamella_v1_PhotographHeader* header = &photograph->header;
   if (!send_report(socket, report) || !receive_header(socket, header)) {
-    snprintf(error, error_size, "the twin's socket broke or what came was no photograph header");
+    snprintf(error, error_size, "the twin fell silent, or what came was no photograph header");
     return false;
   }
   if (header->error[0] != '\0') {
@@ -95,7 +100,7 @@ bool sim_twin_photograph(int socket, const lamella_v1_ExposureReport* report,
     return false;
   }
   if (!receive_all(socket, photograph->bytes, header->size_bytes)) {
-    snprintf(error, error_size, "the twin's socket broke in the middle of a photograph");
+    snprintf(error, error_size, "the twin fell silent in the middle of a photograph");
     return false;
   }
   if (crc32c_extend(0, photograph->bytes, header->size_bytes) != header->crc32c) {

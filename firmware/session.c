@@ -48,6 +48,8 @@ static bool fail(struct session* session, const char* why) {
   session->hal->lights_off(session->hal->self);
   store_clear(session->store);
   snprintf(session->fault, sizeof session->fault, "%s", why);
+  fprintf(stderr, "lamella-rigd: burst %llu: FAULT: %s\n", (unsigned long long)session->burst_id,
+          why);
   session->playing = false;
   session->has_news = go(session, STATE(FAULT)) == LAM_OK;
   return true;
@@ -177,6 +179,8 @@ static void write_verdict(struct session* session) {
 
 static bool finish(struct session* session) {
   write_verdict(session);
+  fprintf(stderr, "lamella-rigd: burst %llu: %s\n", (unsigned long long)session->burst_id,
+          session->done.verdict);
   session->has_news = true;
   return go(session, STATE(IDLE)) == LAM_OK;
 }

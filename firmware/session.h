@@ -48,7 +48,7 @@ enum lam_status session_request_steps(struct session* session, const struct burs
                                       size_t count, bool discard_held);
 
 // Does the next piece of the burst: starts it, plays one edge, or fetches one photograph.
-// False where there is nothing to do.
+// False where there is nothing to do. The end of a burst, good or bad, is also a line on stderr.
 bool session_work(struct session* session);
 
 // While edges are played: time until the next one. Infinite otherwise.
