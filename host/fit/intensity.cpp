@@ -13,13 +13,14 @@ namespace {
 
 constexpr float kMinCosine = 0.05f;       // towards camera and projector
 constexpr float kReached = 0.999f;        // of the projector: less is the edge of a shadow
-constexpr float kLedModelError = 0.06f;   // relative, of W: errors of the normal in it
+constexpr float kLedModelError = 0.08f;   // relative, of W: errors of the normal in it
+constexpr float kShadowError = 2.f;       // relative, of W, per share of the light that is hidden
 constexpr float kStrayError = 0.03f;      // light from other skin, relative to an open pixel's
 constexpr float kFrontModelError = 0.1f;  // relative, of p at its peak
-constexpr float kNormalError = 0.05f;     // radians, on the flank of p
-constexpr int kNeighbourhoodPx = 15;
-constexpr float kLocalSpread = 0.25f;   // of c within a neighbourhood, relative
-constexpr float kRegionWeight = 0.02f;  // of the region's c in a neighbourhood, in pixels' weights
+constexpr float kNormalError = 0.1f;      // radians, on the flank of p
+constexpr int kNeighbourhoodPx = 31;
+constexpr float kLocalSpread = 0.25f;  // of c within a neighbourhood, relative
+constexpr float kRegionWeight = 1.f;   // of the region's c in a neighbourhood, in pixels' weights
 
 struct ResponseMaker {
   const Burst& burst;
@@ -47,11 +48,11 @@ struct ResponseMaker {
         nearer > 0 ? 2 * (nearer - farther) / (nearer + farther) / (2 * step) : 0;
   }
 
-  void pixel(int y, int x, const LedField::Cell& cell, LightsAtPoint* lights) const {
+  void pixel(int y, int x, const LedCell& cell) const {
     const SkinModel& skin = skins[size_t(burst.regions(y, x) - 1)];
     const Vec3 n = normals.specular(y, x);
-    out->led_share(y, x) = field.lights_at(cell, y, x, n, lights);
-    const LedResponse led = led_response(*lights, skin, n, geometry.to_camera(y, x));
+    const LedResponse led = led_response(cell, skin, n, geometry.to_camera(y, x));
+    out->led_share(y, x) = led.share;
     out->led_lobe(y, x) = led.lobe;
     out->led_single(y, x) = led.single;
     out->front_lobe(y, x) = out->front_single(y, x) = out->front_slope(y, x) = 0;
@@ -61,17 +62,18 @@ struct ResponseMaker {
   void cells(int cell_row) const {
     constexpr int kStep = LightVisibility::kStep;
     const cv::Size size = burst.regions.size();
-    LedField::Cell cell;
-    LightsAtPoint lights;
+    LedCell cell;
     for (int x0 = 0; x0 < size.width; x0 += kStep) {
       bool entered = false;
       for (int y = cell_row * kStep; y < std::min(size.height, (cell_row + 1) * kStep); ++y) {
         for (int x = x0; x < std::min(size.width, x0 + kStep); ++x) {
           if (!burst.regions(y, x) || !is_finite(geometry.position_mm(y, x))) continue;
           if (!is_finite(normals.specular(y, x))) continue;
-          if (!entered) field.enter_cell(y, x, geometry.position_mm(y, x), &cell);
+          if (!entered)
+            field.enter_cell(y, x, geometry.position_mm(y, x), geometry.to_camera(y, x), &cell);
           entered = true;
-          pixel(y, x, cell, &lights);
+          field.enter_pixel(y, x, &cell);
+          pixel(y, x, cell);
         }
       }
     }
@@ -100,7 +102,9 @@ class Weigher {
     const float expected = float(fit.intensity) * gain;
     const float open = expected / std::max(0.02f, responses_.led_share(y, x));
     const float noise = 2 * burst_.noise.variance(mean(cross) + 0.5f * expected) / 3;
-    const float variance = noise + square(kLedModelError * expected) + square(kStrayError * open);
+    const float shadow = kShadowError * (1 - responses_.led_share(y, x));
+    const float model = square(kLedModelError) + square(shadow);
+    const float variance = noise + model * square(expected) + square(kStrayError * open);
     return {(s - single) / gain, gain * gain / variance};
   }
 

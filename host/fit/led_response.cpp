@@ -1,99 +1,123 @@
 #include "fit/led_response.h"
 
+#include <algorithm>
+#include <numeric>
+
 #include "model/single_scattering.h"
 #include "model/torrance_sparrow.h"
 
 namespace lamella::fit {
 
+LedField::LedField(const LightStage& stage, const LightVisibility& visibility)
+    : stage_(stage), visibility_(visibility), order_(stage.leds().size()) {
+  std::iota(order_.begin(), order_.end(), size_t(0));
+  std::sort(order_.begin(), order_.end(), [&](size_t a, size_t b) {
+    return stage.leds()[a].direction[2] > stage.leds()[b].direction[2];
+  });
+}
+
+void LedField::enter_cell(int y, int x, const Vec3& position_mm, const Vec3& to_camera,
+                          LedCell* cell) const {
+  const LightVisibility::Corners corners = visibility_.corners(y, x);
+  const size_t count = order_.size();
+  const size_t padded = (count + LedCell::kLanes - 1) / LedCell::kLanes * LedCell::kLanes;
+  for (auto* values : {&cell->x, &cell->y, &cell->z, &cell->radiance, &cell->share[0],
+                       &cell->share[1], &cell->share[2], &cell->share[3], &cell->l_v,
+                       &cell->per_v_h, &cell->fresnel, &cell->reached}) {
+    values->assign(padded, 0.f);
+  }
+  for (size_t i = 0; i < padded; ++i) {
+    const size_t led = order_[std::min(i, count - 1)];
+    const Vec3 direction = stage_.direction_from(led, position_mm);
+    cell->x[i] = direction[0];
+    cell->y[i] = direction[1];
+    cell->z[i] = direction[2];
+    cell->l_v[i] = dot(direction, to_camera);
+    const float v_h = std::sqrt(std::max(1e-6f, 0.5f + 0.5f * cell->l_v[i]));
+    cell->per_v_h[i] = 1.f / v_h;
+    cell->fresnel[i] = model::fresnel_reflectance(v_h);
+    if (i >= count) continue;
+    cell->radiance[i] = mean(stage_.irradiance(led, position_mm));
+    for (size_t k = 0; k < 4; ++k) cell->share[k][i] = float(corners.node[k][led]);
+  }
+}
+
+void LedField::enter_pixel(int y, int x, LedCell* cell) const {
+  const LightVisibility::Corners corners = visibility_.corners(y, x);
+  const float* share[4] = {cell->share[0].data(), cell->share[1].data(), cell->share[2].data(),
+                           cell->share[3].data()};
+  const float* w = corners.weight;
+  for (size_t i = 0; i < cell->reached.size(); ++i) {
+    cell->reached[i] = cell->radiance[i] * (w[0] * share[0][i] + w[1] * share[1][i] +
+                                            w[2] * share[2][i] + w[3] * share[3][i]);
+  }
+}
+
 namespace {
 
-constexpr float kMinCosine = 0.02f;  // eq. 1 has no limit at the horizon
+constexpr size_t kLanes = LedCell::kLanes;
+using Lanes = std::array<float, kLanes>;
+
+// Look-ups one at a time: as gather instructions, which the compiler prefers, they take several
+// times as long on processors that are mended against data sampling.
+#if defined(__GNUC__) && !defined(__clang__)
+__attribute__((noinline, optimize("no-tree-vectorize")))
+#endif
+void look_up(const SkinModel& skin, const Lanes& n_h, const Lanes& n_l, Lanes* p, Lanes* rho) {
+  for (size_t k = 0; k < kLanes; ++k) {
+    (*p)[k] = skin.lobe.density(n_h[k]);
+    (*rho)[k] = skin.transmittance(n_l[k]);
+  }
+}
+
+float sum_of(const Lanes& lanes) {
+  float sum = 0;
+  for (float lane : lanes) sum += lane;
+  return sum;
+}
 
 }  // namespace
 
-void LightsAtPoint::clear() {
-  x.clear();
-  y.clear();
-  z.clear();
-  radiance.clear();
-  count = 0;
-}
-
-void LightsAtPoint::add(const Vec3& direction, float radiance_facing) {
-  x.push_back(direction[0]);
-  y.push_back(direction[1]);
-  z.push_back(direction[2]);
-  radiance.push_back(radiance_facing);
-  ++count;
-}
-
-void LightsAtPoint::pad() {
-  while (x.size() % kLanes != 0) {
-    x.push_back(x.empty() ? 0.f : x.front());
-    y.push_back(y.empty() ? 0.f : y.front());
-    z.push_back(z.empty() ? 1.f : z.front());
-    radiance.push_back(0.f);
-  }
-}
-
-void LedField::enter_cell(int y, int x, const Vec3& position_mm, Cell* cell) const {
-  const LightVisibility::Corners corners = visibility_.corners(y, x);
-  const size_t count = stage_.leds().size();
-  cell->direction.resize(count);
-  cell->radiance.resize(count);
-  for (auto& share : cell->share) share.resize(count);
-  for (size_t i = 0; i < count; ++i) {
-    cell->direction[i] = stage_.direction_from(i, position_mm);
-    cell->radiance[i] = mean(stage_.irradiance(i, position_mm));
-    for (size_t k = 0; k < 4; ++k) cell->share[k][i] = float(corners.node[k][i]);
-  }
-}
-
-float LedField::lights_at(const Cell& cell, int y, int x, const Vec3& normal,
-                          LightsAtPoint* lights) const {
-  const LightVisibility::Corners corners = visibility_.corners(y, x);
-  float open = 0, reached = 0;
-  lights->clear();
-  for (size_t i = 0; i < cell.direction.size(); ++i) {
-    const float n_l = dot(cell.direction[i], normal);
-    if (n_l < kMinCosine) continue;
-    float share = 0;
-    for (size_t k = 0; k < 4; ++k) share += corners.weight[k] * cell.share[k][i];
-    open += n_l * cell.radiance[i];
-    reached += n_l * cell.radiance[i] * share;
-    if (share > 0) lights->add(cell.direction[i], share * cell.radiance[i]);
-  }
-  lights->pad();
-  return open > 0 ? reached / open : 0.f;
-}
-
-LedResponse led_response(const LightsAtPoint& lights, const SkinModel& skin, const Vec3& n,
-                         const Vec3& v) {
-  constexpr size_t kLanes = LightsAtPoint::kLanes;
+LedResponse led_response(const LedCell& cell, const SkinModel& skin, const Vec3& n, const Vec3& v) {
   const float n_v = dot(n, v);
-  if (n_v < kMinCosine) return {};
+  if (n_v < kLedHorizon) return {};
   const float v_inside = model::refracted_cosine(n_v);
-  float lobe[kLanes] = {}, single[kLanes] = {};
-  for (size_t i = 0; i < lights.x.size(); i += kLanes) {
+  Lanes lobe{}, single{}, reached{}, open{};
+  for (size_t i = 0; i < cell.reached.size(); i += kLanes) {
+    Lanes n_l, n_h, surface, inside, p, rho;
+    float any = 0;
     for (size_t k = 0; k < kLanes; ++k) {
-      const float lx = lights.x[i + k], ly = lights.y[i + k], lz = lights.z[i + k];
-      const float n_l = lx * n[0] + ly * n[1] + lz * n[2];
-      const float l_v = lx * v[0] + ly * v[1] + lz * v[2];
-      const float v_h = std::sqrt(std::max(1e-6f, 0.5f + 0.5f * l_v));
-      const float n_h = 0.5f * (n_l + n_v) / v_h;
-      lobe[k] += lights.radiance[i + k] * model::lobe_times_cosine(skin.lobe, n_h, n_v, n_l, v_h);
-      const float l_inside = model::refracted_cosine(n_l);
-      const float cosine = model::scattering_cosine(l_v, n_l, n_v, l_inside, v_inside);
-      single[k] += lights.radiance[i + k] * n_l * skin.transmittance(n_l) *
-                   model::henyey_greenstein(cosine, skin.g) / (l_inside + v_inside);
+      const size_t led = i + k;
+      const float above = cell.x[led] * n[0] + cell.y[led] * n[1] + cell.z[led] * n[2];
+      const float up = above > kLedHorizon ? 1.f : 0.f;
+      const float radiance = up * cell.reached[led];
+      // v_groove() and henyey_greenstein() written out, with their divisions taken together.
+      n_l[k] = std::max(above, kLedHorizon);
+      n_h[k] = 0.5f * (n_l[k] + n_v) * cell.per_v_h[led];
+      const float groove = 2.f * n_h[k] * std::min(n_v, n_l[k]) * cell.per_v_h[led];
+      surface[k] = radiance * cell.fresnel[led] * std::min(1.f, groove);
+      const float l_inside = model::refracted_cosine(n_l[k]);
+      const float cosine = model::scattering_cosine(cell.l_v[led], n_l[k], n_v, l_inside, v_inside);
+      const float spread = 1.f + skin.g * skin.g - 2.f * skin.g * cosine;
+      inside[k] = radiance * n_l[k] / (spread * std::sqrt(spread) * (l_inside + v_inside));
+      reached[k] += radiance * n_l[k];
+      any += radiance;
+      open[k] += up * cell.radiance[led] * n_l[k];
+    }
+    if (any == 0.f) continue;
+    look_up(skin, n_h, n_l, &p, &rho);
+    for (size_t k = 0; k < kLanes; ++k) {
+      lobe[k] += surface[k] * p[k];
+      single[k] += inside[k] * rho[k];
     }
   }
   LedResponse sum;
-  for (size_t k = 0; k < kLanes; ++k) {
-    sum.lobe += kPi * lobe[k];
-    sum.single += kPi * single[k];
-  }
-  sum.single *= skin.transmittance(n_v) * float(model::alpha_from_amplitude(1.0, double(skin.g)));
+  sum.lobe = kPi / n_v * sum_of(lobe);
+  // pi E f (n.l) with f of eq. 3 and alpha of amplitude 1: the phase function's (1-g^2)/(4 pi) too.
+  sum.single = 0.25f * (1 - skin.g * skin.g) * skin.transmittance(n_v) *
+               float(model::alpha_from_amplitude(1.0, double(skin.g))) * sum_of(single);
+  const float all_open = sum_of(open);
+  sum.share = all_open > 0 ? sum_of(reached) / all_open : 0.f;
   return sum;
 }
 

@@ -11,46 +11,40 @@
 
 namespace lamella::fit {
 
-// The LEDs as one point sees them, those that do not reach it left out: directions and strengths as
+// The LEDs as the surface sees them within one cell of LightVisibility::kStep pixels squared, as
 // separate arrays, padded with lights of no strength to a whole number of vector registers.
-struct LightsAtPoint {
+struct LedCell {
   static constexpr size_t kLanes = 8;
-  std::vector<float> x, y, z;   // unit, towards the light
-  std::vector<float> radiance;  // of white facing it, mean of the channels, share that reaches
-  size_t count = 0;
-
-  void clear();
-  void add(const Vec3& direction, float radiance_facing);
-  void pad();
+  std::vector<float> x, y, z;               // unit, towards the light
+  std::vector<float> radiance;              // of white facing it, mean of the channels
+  std::array<std::vector<float>, 4> share;  // of it that reaches each corner
+  // From light and camera alone, which hardly turn within a cell: l.v, 1/(v.h), Fresnel at v.h.
+  std::vector<float> l_v, per_v_h, fresnel;
+  std::vector<float> reached;  // radiance x share at the pixel entered last
 };
 
-// Looks LEDs up by pixel: directions and strengths are constant over a node's cell, the share that
-// reaches a pixel is interpolated within it.
 class LedField {
  public:
-  LedField(const LightStage& stage, const LightVisibility& visibility)
-      : stage_(stage), visibility_(visibility) {}
+  LedField(const LightStage& stage, const LightVisibility& visibility);
 
-  // One cell of kStep x kStep pixels around a point of the surface.
-  struct Cell {
-    std::vector<Vec3> direction;
-    std::vector<float> radiance;
-    std::array<std::vector<float>, 4> share;  // at the corners
-  };
-  void enter_cell(int y, int x, const Vec3& position_mm, Cell* cell) const;
+  // The cell that pixel (x, y) is in, seen from it along `to_camera`.
+  void enter_cell(int y, int x, const Vec3& position_mm, const Vec3& to_camera,
+                  LedCell* cell) const;
 
-  // Lights above the horizon of `normal` that reach a pixel of that cell. Returns the share, cosine
-  // weighted, of the light above the horizon that they are.
-  float lights_at(const Cell& cell, int y, int x, const Vec3& normal, LightsAtPoint* lights) const;
+  // What reaches a pixel of that cell.
+  void enter_pixel(int y, int x, LedCell* cell) const;
 
  private:
   const LightStage& stage_;
   const LightVisibility& visibility_;
+  // From the cameras' side to the far one: LEDs below a surface's horizon are neighbours.
+  std::vector<size_t> order_;
 };
 
 struct LedResponse {
   float lobe = 0;    // W: radiance of the lobe with c = 1
   float single = 0;  // radiance of single scattering with amplitude 1
+  float share = 0;   // of the light above the horizon, cosine weighted, that reaches the pixel
 };
 
 // The skin of one region, ready for evaluation.
@@ -60,8 +54,10 @@ struct SkinModel {
   float g = 0.65f;
 };
 
-// `n`, `v` unit; 0 where the camera is below the surface.
-LedResponse led_response(const LightsAtPoint& lights, const SkinModel& skin, const Vec3& n,
-                         const Vec3& v);
+// At the pixel that `cell` entered last. `n`, `v` unit; 0 where the camera is below the surface.
+LedResponse led_response(const LedCell& cell, const SkinModel& skin, const Vec3& n, const Vec3& v);
+
+// LEDs lower than this above the surface are left out: eq. 1 has no limit at the horizon.
+inline constexpr float kLedHorizon = 0.02f;
 
 }  // namespace lamella::fit

@@ -10,8 +10,8 @@ namespace {
 
 constexpr int kMeshStep = 4;        // pixels between vertices of the shadow caster
 constexpr float kMaxEdgeMm = 15.f;  // longer edges bridge air
-constexpr float kLiftMm = 1.f;      // towards the camera, off the noise of the surface
-constexpr float kNearMm = 2.f;      // along the ray, for the same reason
+constexpr float kLiftMm = 0.5f;     // towards the camera, off the noise of the surface
+constexpr float kNearMm = 0.7f;     // along the ray, for the same reason
 constexpr float kFarMm = 1000.f;    // beyond the subject
 
 // The measured point nearest to a node within its cell, or NaN.

@@ -11,7 +11,7 @@ namespace lamella::fit {
 namespace {
 
 constexpr double kNarrowest = 0.1, kRatio = 1.22;
-constexpr float kMinCosine = 0.15f;   // towards light and camera: closer to grazing, 1/(n.v) rules
+constexpr float kMinCosine = 0.4f;    // towards light and camera: no model is good near grazing
 constexpr float kMinVisible = 0.85f;  // share of the LEDs' light: little is left to interreflection
 constexpr int kBlockPx = 48;          // tiles of the jackknife, wider than normals are correlated
 
@@ -50,21 +50,28 @@ struct Sampler {
     s->diffuse_reflectance = cross * (2.f / (n_l * radiance));
   }
 
-  void add_full(int y, int x, const LightsAtPoint& lights, LobeSample* s) const {
+  // False where shadows make up too much of it.
+  bool add_full(int y, int x, const LedCell& cell, LobeSample* s) const {
     const Vec3 n = normals.specular(y, x), v = geometry.to_camera(y, x);
+    const LedResponse led = led_response(cell, plan.skins[s->region].skin, n, v);
+    if (led.share < kMinVisible) return false;
+    s->led_single = led.single;
     const float n_v = dot(n, v);
-    for (size_t i = 0; i < lights.count; ++i) {
-      const Vec3 l(lights.x[i], lights.y[i], lights.z[i]), h = unit(l + v);
+    for (size_t i = 0; i < cell.reached.size(); ++i) {
+      const Vec3 l(cell.x[i], cell.y[i], cell.z[i]);
+      const float n_l = dot(n, l);
+      if (n_l <= kLedHorizon || cell.reached[i] <= 0) continue;
+      const Vec3 h = unit(l + v);
       const float n_h = dot(n, h), v_h = dot(v, h);
-      const float weight = kPi * lights.radiance[i] * model::fresnel_reflectance(v_h) *
-                           model::v_groove(n_h, n_v, dot(n, l), v_h) / n_v;
+      const float weight = kPi * cell.reached[i] * model::fresnel_reflectance(v_h) *
+                           model::v_groove(n_h, n_v, n_l, v_h) / n_v;
       const MixtureTable::Values members = mixtures[s->region](n_h);
       for (size_t j = 0; j < kWidths; ++j) s->led_lobe[j] += weight * members[j];
     }
-    s->led_single = led_response(lights, plan.skins[s->region].skin, n, v).single;
     const Vec3 cross = burst.full.cross(y, x);
     s->full = burst.full.parallel(y, x) - cross;
     s->full_variance = 2 * burst.noise.variance(mean(cross)) / 3;
+    return true;
   }
 
   // Samples of one row of cells.
@@ -72,23 +79,22 @@ struct Sampler {
                     std::vector<LobeSample>* out) const {
     constexpr int kStep = LightVisibility::kStep;
     const cv::Size size = burst.regions.size();
-    LedField::Cell cell;
-    LightsAtPoint lights;
+    LedCell cell;
     for (int x0 = 0; x0 < size.width; x0 += kStep) {
       bool entered = false;
       for (int y = cell_row * kStep; y < std::min(size.height, (cell_row + 1) * kStep); ++y) {
         for (int x = x0; x < std::min(size.width, x0 + kStep); ++x) {
           const int label = burst.regions(y, x);
           if (label == 0 || !taken(y, x, share[size_t(label - 1)]) || !usable(y, x)) continue;
-          if (!entered) field.enter_cell(y, x, geometry.position_mm(y, x), &cell);
+          if (!entered)
+            field.enter_cell(y, x, geometry.position_mm(y, x), geometry.to_camera(y, x), &cell);
           entered = true;
-          if (field.lights_at(cell, y, x, normals.specular(y, x), &lights) < kMinVisible) continue;
+          field.enter_pixel(y, x, &cell);
           LobeSample s;
           s.region = uint8_t(label - 1);
           s.block = uint8_t((y / kBlockPx * 3 + x / kBlockPx) % kBlocks);
           add_front(y, x, &s);
-          add_full(y, x, lights, &s);
-          out->push_back(s);
+          if (add_full(y, x, cell, &s)) out->push_back(s);
         }
       }
     }

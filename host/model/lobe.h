@@ -2,6 +2,7 @@
 // normalised so that the integral of p cos(theta) over the hemisphere is 1.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "base/vec.h"
@@ -17,12 +18,13 @@ class LobeTable {
   // 1, tail included.
   LobeTable(const std::vector<double>& theta_rad, const std::vector<double>& p);
 
-  // p at an angle whose cosine is `cos_theta`, per steradian; 0 below the surface.
+  // p at an angle whose cosine is `cos_theta`, per steradian; its value at the horizon below it.
   float density(float cos_theta) const {
-    const float x = (1.f - cos_theta) * kCells;
-    if (!(x < float(kCells))) return 0.f;
-    const int i = x > 0.f ? int(x) : 0;
-    return cells_[size_t(i)] + (x - float(i)) * (cells_[size_t(i) + 1] - cells_[size_t(i)]);
+    // Without a branch, so that loops over lights become vector code.
+    const float x = std::clamp((1.f - cos_theta) * float(kCells), 0.f, float(kCells));
+    const int i = int(x);
+    const float below = cells_[size_t(i)], above = cells_[size_t(i) + 1];
+    return below + (x - float(i)) * (above - below);
   }
 
   // The same values as one looks them up: cells()[i] is p where 1 - cos(theta) = i / kCells.

@@ -1,6 +1,7 @@
 // rho_dt of eq. 3 and 5: the share of light that the rough surface lets through.
 #pragma once
 
+#include <algorithm>
 #include <array>
 
 #include "model/lobe.h"
@@ -18,9 +19,10 @@ class TransmittanceTable {
 
   // `n_w` in (0, 1].
   float operator()(float n_w) const {
-    const float x = n_w > 0.f ? n_w * float(kCells) : 0.f;
-    const int i = x < float(kCells) ? int(x) : kCells - 1;
-    return cells_[size_t(i)] + (x - float(i)) * (cells_[size_t(i) + 1] - cells_[size_t(i)]);
+    const float x = std::clamp(n_w, 0.f, 1.f) * float(kCells);
+    const int i = std::min(int(x), kCells - 1);
+    const float below = cells_[size_t(i)], above = cells_[size_t(i) + 1];
+    return below + (x - float(i)) * (above - below);
   }
 
  private:
