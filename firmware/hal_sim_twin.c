@@ -24,7 +24,7 @@ int sim_twin_connect(const char* path, char* error, size_t error_size) {
   strcpy(address.sun_path, path);
   const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
   if (fd < 0 || connect(fd, (struct sockaddr*)&address, sizeof address) != 0) {
-    snprintf(error, error_size, "no twin answers: %s; start `lamella twin --serve` on the socket",
+    snprintf(error, error_size, "no twin answers on %.60s: %s; start `lamella twin --serve`", path,
              strerror(errno));
     if (fd >= 0) close(fd);
     return -1;

@@ -114,47 +114,52 @@ static bool read_rig(const char* path, struct rig* rig) {
   return false;
 }
 
-// Listens, serves until told to stop, turns the lights off first.
-static int serve(const struct arguments* arguments, struct link_server* server,
-                 struct session* session) {
+static int explain(enum lam_status status, const char* error) {
+  fprintf(stderr, "lamella-rigd: %s\n", error);
+  return status == LAM_BAD_INPUT ? kExitBadInput : kExitRigFailed;
+}
+
+// Everything that the daemon keeps for as long as it runs; nothing is allocated later.
+struct daemon {
+  struct rig rig;
+  struct hal_sim sim;
+  struct store store;
+  struct session session;
+  struct link_server server;
+};
+
+// What was asked for is checked before any hardware is touched. 0, or an exit code.
+static int start(struct daemon* daemon, const struct arguments* arguments) {
   char error[200];
-  const enum lam_status status = link_listen(server, arguments->listen, error, sizeof error);
-  if (status != LAM_OK) {
-    fprintf(stderr, "lamella-rigd: %s\n", error);
-    return status == LAM_BAD_INPUT ? kExitBadInput : kExitRigFailed;
-  }
+  if (!read_rig(arguments->rig, &daemon->rig)) return kExitBadInput;
+  struct link_server* server = &daemon->server;
+  enum lam_status status = link_listen(server, arguments->listen, error, sizeof error);
+  if (status != LAM_OK) return explain(status, error);
   server->dialogue.calibration =
       read_file(arguments->calibration, kMaxCalibrationBytes, &server->dialogue.calibration_size);
   if (server->dialogue.calibration == NULL) return kExitBadInput;
-  printf("listening on 127.0.0.1:%u\n", server->port);
-  fflush(stdout);
-  link_serve(server, session, &stop);
-  session->hal->close(session->hal->self);
-  link_close(server);
+  const size_t capacity = (size_t)daemon->rig.store_capacity_bytes;
+  uint8_t* block = malloc(capacity);
+  if (block == NULL) return explain(LAM_BAD_INPUT, "store.capacity_bytes is more than there is");
+  store_init(&daemon->store, block, capacity);
+  status = hal_sim_open(&daemon->sim, &daemon->rig, arguments->clock, arguments->faults,
+                        arguments->twin);
+  if (status != LAM_OK) return explain(status, daemon->sim.hal.error);
+  session_init(&daemon->session, &daemon->rig, &daemon->sim.hal, &daemon->store);
   return 0;
 }
 
 int main(int argc, char** argv) {
-  static struct rig rig;
-  static struct hal_sim sim;
-  static struct store store;
-  static struct session session;
-  static struct link_server server;
+  static struct daemon daemon;
   struct arguments arguments;
   if (!parse_arguments(argc, argv, &arguments)) return kExitBadInput;
-  if (!read_rig(arguments.rig, &rig)) return kExitBadInput;
   catch_signals();
-  if (hal_sim_open(&sim, &rig, arguments.clock, arguments.faults, arguments.twin) != LAM_OK) {
-    fprintf(stderr, "lamella-rigd: %s: %s\n", arguments.twin, sim.hal.error);
-    return kExitRigFailed;
-  }
-  const size_t capacity = (size_t)rig.store_capacity_bytes;
-  uint8_t* block = malloc(capacity);
-  if (block == NULL) {
-    fprintf(stderr, "%s: store.capacity_bytes is more memory than there is\n", arguments.rig);
-    return kExitBadInput;
-  }
-  store_init(&store, block, capacity);
-  session_init(&session, &rig, &sim.hal, &store);
-  return serve(&arguments, &server, &session);
+  const int failure = start(&daemon, &arguments);
+  if (failure != 0) return failure;
+  printf("listening on 127.0.0.1:%u\n", daemon.server.port);
+  fflush(stdout);
+  link_serve(&daemon.server, &daemon.session, &stop);
+  daemon.sim.hal.close(&daemon.sim);  // lights off first
+  link_close(&daemon.server);
+  return 0;
 }
