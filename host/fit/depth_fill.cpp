@@ -55,20 +55,29 @@ class Filler {
   }
 
  private:
+  // Neighbours on two sides of a silhouette do not agree: a gap is a shadow, and what lies in the
+  // shadow is behind, so the furthest speak.
   Filled from_neighbours(const cv::Point& p) const {
     const cv::Rect inside(0, 0, depth_.distance_mm.cols, depth_.distance_mm.rows);
     const Vec3 ray(camera_.ray(p.x, p.y));
-    float sum = 0, weight = 0, sigma = 0;
+    std::array<float, 8> mm, sigma;
+    size_t count = 0;
     for (const auto& [dy, dx] : kAround) {
       const cv::Point q = p + cv::Point(dx, dy);
       if (!inside.contains(q) || std::isnan(depth_.distance_mm(q))) continue;
-      const float w = dx && dy ? 0.7f : 1.f;
-      sum += w * along_plane(p, ray, q);
-      sigma += w * depth_.sigma_mm(q);
-      weight += w;
+      mm[count] = along_plane(p, ray, q);
+      sigma[count++] = depth_.sigma_mm(q);
     }
-    if (weight == 0) return {p, kNaN, kNaN};
-    return {p, sum / weight, std::max(kSigmaAtEdgeMm, sigma / weight) + kSigmaPerPxMm};
+    if (count == 0) return {p, kNaN, kNaN};
+    const float furthest = *std::max_element(mm.begin(), mm.begin() + count);
+    float sum = 0, sigma_sum = 0, speaking = 0;
+    for (size_t k = 0; k < count; ++k) {
+      if (furthest - mm[k] > silhouette_step_mm(1, depth_.px_mm)) continue;
+      sum += mm[k];
+      sigma_sum += sigma[k];
+      ++speaking;
+    }
+    return {p, sum / speaking, std::max(kSigmaAtEdgeMm, sigma_sum / speaking) + kSigmaPerPxMm};
   }
 
   // Where the ray of `p` meets the plane through the point of `q`.

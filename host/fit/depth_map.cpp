@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kLeastNeighbours = 5;  // of eight that agree
 constexpr int kLeastIslandPx = 200;
-constexpr float kSmoothSigmaPx = 1.5f;
+constexpr float kSmoothSigmaMm = 0.375f;
 
 DepthMap triangulate(const Camera& camera, const Camera& projector,
                      const ProjectorColumns& columns) {
@@ -89,9 +89,10 @@ DepthMap measure_depth(const Camera& camera, const Camera& projector,
   DepthMap depth = triangulate(camera, projector, columns);
   drop_loners(&depth);
   drop_islands(&depth, kLeastIslandPx);
+  const float width_px = sigma_px(kSmoothSigmaMm, depth.px_mm, 0.3f, 3.f);
   const Image1 edges = depth.distance_mm.clone();
-  depth.u_px = smooth_along_surface(depth.u_px, edges, kSmoothSigmaPx, depth.px_mm);
-  depth.distance_mm = smooth_along_surface(edges, edges, kSmoothSigmaPx, depth.px_mm);
+  depth.u_px = smooth_along_surface(depth.u_px, edges, width_px, depth.px_mm);
+  depth.distance_mm = smooth_along_surface(edges, edges, width_px, depth.px_mm);
   return depth;
 }
 

@@ -4,7 +4,8 @@ namespace lamella::fit {
 
 namespace {
 
-constexpr int kRounds = 3;
+constexpr int kMostRounds = 8;
+constexpr float kSettledRad = 1e-3f;
 
 Lanes splat(float value) { return Lanes{} + value; }
 
@@ -39,16 +40,28 @@ LaneVec3 lambertian_mean_direction(const LedsFrom& leds, int channel, const Lane
   return sum;
 }
 
-LaneVec3 invert_mean_direction(const LedsFrom& leds, int channel, const LaneVec3& mean_direction,
-                               const LaneVec3& guess) {
-  LaneVec3 normal = guess;
-  normalise(&normal);
-  for (int round = 0; round < kRounds; ++round) {
-    const LaneVec3 predicted = lambertian_mean_direction(leds, channel, normal);
-    for (size_t a = 0; a < 3; ++a) normal[a] += 1.5f * (mean_direction[a] - predicted[a]);
-    normalise(&normal);
+LaneNormals invert_mean_direction(const LedsFrom& leds, int channel, const LaneVec3& mean_direction,
+                                  const LaneVec3& guess) {
+  LaneNormals n{guess, {}};
+  normalise(&n.normal);
+  for (int round = 0; round < kMostRounds; ++round) {
+    const LaneVec3 before = n.normal, predicted = lambertian_mean_direction(leds, channel, before);
+    Lanes off{}, step{};
+    for (size_t a = 0; a < 3; ++a) {
+      const Lanes d = mean_direction[a] - predicted[a];
+      off += d * d;
+      n.normal[a] += 1.5f * d;
+    }
+    normalise(&n.normal);
+    for (size_t a = 0; a < 3; ++a) step += (n.normal[a] - before[a]) * (n.normal[a] - before[a]);
+    float longest = 0;
+    for (int k = 0; k < kLanes; ++k) {
+      n.mismatch[k] = std::sqrt(off[k]);
+      longest = std::max(longest, step[k]);
+    }
+    if (longest < kSettledRad * kSettledRad) break;
   }
-  return normal;
+  return n;
 }
 
 Vec3 lambertian_mean_direction(const LedsFrom& leds, int channel, const Vec3& normal) {
@@ -60,7 +73,8 @@ Vec3 lambertian_mean_direction(const LedsFrom& leds, int channel, const Vec3& no
 Vec3 invert_mean_direction(const LedsFrom& leds, int channel, const Vec3& mean_direction,
                            const Vec3& guess) {
   const auto lanes = [](const Vec3& v) { return LaneVec3{splat(v[0]), splat(v[1]), splat(v[2])}; };
-  const LaneVec3 n = invert_mean_direction(leds, channel, lanes(mean_direction), lanes(guess));
+  const LaneVec3 n =
+      invert_mean_direction(leds, channel, lanes(mean_direction), lanes(guess)).normal;
   return {n[0][0], n[1][0], n[2][0]};
 }
 

@@ -30,10 +30,15 @@ struct LedsFrom {
 // m of a Lambertian surface with normal `n` that nothing shadows.
 LaneVec3 lambertian_mean_direction(const LedsFrom& leds, int channel, const LaneVec3& normal);
 
+struct LaneNormals {
+  LaneVec3 normal{};  // unit
+  Lanes mismatch{};   // how far m(n) stays from m: there are three numbers in m, two in n
+};
+
 // The normals whose Lambertian m is `mean_direction`, starting from `guess`. On a full, even sphere
 // m = 2/3 n, so that n + 3/2 (m - m(n)) is a Newton step but for the gaps between LEDs.
-LaneVec3 invert_mean_direction(const LedsFrom& leds, int channel, const LaneVec3& mean_direction,
-                               const LaneVec3& guess);
+LaneNormals invert_mean_direction(const LedsFrom& leds, int channel, const LaneVec3& mean_direction,
+                                  const LaneVec3& guess);
 
 // The same for one normal.
 Vec3 lambertian_mean_direction(const LedsFrom& leds, int channel, const Vec3& normal);

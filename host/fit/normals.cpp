@@ -1,19 +1,21 @@
 #include "fit/normals.h"
 
 #include <algorithm>
-#include <optional>
 
 #include "base/parallel.h"
 #include "fit/gradient_inversion.h"
 #include "fit/occlusion.h"
 #include "fit/smooth.h"
+#include "fit/specular_normals.h"
 
 namespace lamella::fit {
 
 namespace {
 
-constexpr float kDiffuseSigmaPx = 2.f;
+constexpr float kDiffuseSigmaMm = 0.5f;  // less than light scatters
 constexpr int kOcclusionRounds = 2;
+constexpr float kTrustInBend = 0.15f;            // share of the correction that may be wrong
+constexpr float kErrorAtHalfConfidence = 0.05f;  // rad
 
 cv::Mat_<DiffuseMoments> diffuse_moments(const Burst& burst) {
   cv::Mat_<DiffuseMoments> moments(burst.regions.size(), DiffuseMoments::all(0));
@@ -53,19 +55,22 @@ struct DiffuseField {
 
 // One normal a node, of the green channel, with shadows and bounces as `occlusion` has them.
 void invert_nodes(const DiffuseField& field, Image3* normal) {
-  parallel_for(int(field.around.pixel.size()), [&](int node) {
-    const cv::Point p = field.around.pixel[size_t(node)];
-    const LedsFrom leds(field.stage, field.position_mm(p));
-    Vec3 m = mean_direction(field.moments(p), 1);
-    if (!field.occlusion.empty()) m -= field.occlusion[size_t(node)].bend[1];
-    (*normal)(p) = invert_mean_direction(leds, 1, m, unit(m));
-  }, 16);
+  parallel_for(
+      int(field.around.pixel.size()),
+      [&](int node) {
+        const cv::Point p = field.around.pixel[size_t(node)];
+        const LedsFrom leds(field.stage, field.position_mm(p));
+        Vec3 m = mean_direction(field.moments(p), 1);
+        if (!field.occlusion.empty()) m -= field.occlusion[size_t(node)].bend[1];
+        (*normal)(p) = invert_mean_direction(leds, 1, m, unit(m));
+      },
+      16);
 }
 
 // Eight pixels of a row.
 struct Octet {
   std::array<LaneVec3, 3> mean_direction{};  // per channel, shadows and bounces removed
-  std::array<float, kLanes> ambient_visibility{};
+  std::array<float, kLanes> ambient_visibility{}, bend{};
 };
 
 Octet gather(const DiffuseField& field, int y, int x0, int x1) {
@@ -81,6 +86,7 @@ Octet gather(const DiffuseField& field, int y, int x0, int x1) {
       visibility += o.ambient_visibility * blend.weight[k];
       weight += blend.weight[k];
     }
+    octet.bend[size_t(x - x0)] = length(bend[1]);
     octet.ambient_visibility[size_t(x - x0)] = weight > 0 ? visibility / weight : 1.f;
     for (int c = 0; c < 3; ++c) {
       const Vec3 m = mean_direction(field.moments(y, x), c) - bend[size_t(c)];
@@ -93,32 +99,50 @@ Octet gather(const DiffuseField& field, int y, int x0, int x1) {
 void invert_octet(const DiffuseField& field, const LedsFrom& leds, int y, int x0, Normals* n) {
   const int x1 = std::min(x0 + kLanes, field.position_mm.cols);
   const Octet octet = gather(field, y, x0, x1);
+  Lanes mismatch{};
   for (int c = 0; c < 3; ++c) {
     const LaneVec3& m = octet.mean_direction[size_t(c)];
-    const LaneVec3 normal = invert_mean_direction(leds, c, m, m);
+    const LaneNormals lanes = invert_mean_direction(leds, c, m, m);
+    mismatch += lanes.mismatch * (1.f / 3);
     for (int x = x0; x < x1; ++x) {
       if (!is_finite(field.position_mm(y, x))) continue;
-      const int k = x - x0;
-      n->diffuse[size_t(c)](y, x) = Vec3(normal[0][k], normal[1][k], normal[2][k]);
-      n->ambient_visibility(y, x) = octet.ambient_visibility[size_t(k)];
+      for (int a = 0; a < 3; ++a) {
+        n->diffuse[size_t(c)](y, x)[a] = lanes.normal[size_t(a)][x - x0];
+      }
     }
   }
+  for (int x = x0; x < x1; ++x) {
+    if (!is_finite(field.position_mm(y, x))) continue;
+    const size_t k = size_t(x - x0);
+    const float error = std::hypot(kTrustInBend * octet.bend[k], mismatch[x - x0]);
+    n->ambient_visibility(y, x) = octet.ambient_visibility[k];
+    n->diffuse_confidence(y, x) = 1 / (1 + error / kErrorAtHalfConfidence);
+  }
+}
+
+// The middle of what is known of a cell; NaN where nothing is.
+Vec3 middle(const Image3& cell_mm) {
+  Vec3 sum(0, 0, 0);
+  float count = 0;
+  for (const Vec3& p : cell_mm) {
+    if (!is_finite(p)) continue;
+    sum += p;
+    ++count;
+  }
+  return sum * (1 / count);
 }
 
 // In cells of 8 x 8 pixels, which see the LEDs alike.
 void invert_pixels(const DiffuseField& field, Normals* n) {
   const cv::Size size = field.position_mm.size();
+  const cv::Rect picture(0, 0, size.width, size.height);
   parallel_for((size.height + kLanes - 1) / kLanes, [&](int row) {
     for (int x0 = 0; x0 < size.width; x0 += kLanes) {
-      std::optional<LedsFrom> leds;
-      for (int y = row * kLanes; y < std::min((row + 1) * kLanes, size.height); ++y) {
-        const Vec3* begin = field.position_mm[y] + x0;
-        const Vec3* end = field.position_mm[y] + std::min(x0 + kLanes, size.width);
-        const Vec3* first = std::find_if(begin, end, [](const Vec3& p) { return is_finite(p); });
-        if (first == end) continue;
-        if (!leds) leds.emplace(field.stage, *first);
-        invert_octet(field, *leds, y, x0, n);
-      }
+      const cv::Rect cell = cv::Rect(x0, row * kLanes, kLanes, kLanes) & picture;
+      const Vec3 at = middle(field.position_mm(cell));
+      if (!is_finite(at)) continue;
+      const LedsFrom leds(field.stage, at);
+      for (int y = cell.y; y < cell.y + cell.height; ++y) invert_octet(field, leds, y, x0, n);
     }
   });
 }
@@ -136,23 +160,23 @@ Normals estimate_normals(const Burst& burst, Geometry* geometry) {
 
   const Image1 distance_mm = distances(burst, geometry->scene_mm);
   const float px_mm = float(cv::norm(burst.session->left.centre_mm()) / burst.session->left.fx);
-  const cv::Mat_<DiffuseMoments> moments =
-      smooth_along_surface(diffuse_moments(burst), distance_mm, kDiffuseSigmaPx, px_mm);
+  const cv::Mat_<DiffuseMoments> moments = smooth_along_surface(
+      diffuse_moments(burst), distance_mm, sigma_px(kDiffuseSigmaMm, px_mm, 1.2f, 4.f), px_mm);
   const LightStage& stage = burst.session->stage;
   std::vector<OcclusionAtNode> occlusion;
   Surroundings around = place_nodes(geometry->position_mm, stage);
-  const DiffuseField field{stage, geometry->position_mm, moments,  distance_mm,
-                           px_mm, around,                occlusion};
+  const DiffuseField field{stage,    geometry->position_mm, moments, distance_mm, px_mm, around,
+                           occlusion};
   Image3 normal_at_nodes(size, nowhere);
   invert_nodes(field, &normal_at_nodes);
   look_around(geometry->scene_mm, normal_at_nodes, stage, &around);
   for (int round = 0; round < kOcclusionRounds; ++round) {
     if (round > 0) invert_nodes(field, &normal_at_nodes);
-    occlusion =
-        occlusion_at_nodes(around, stage, geometry->position_mm, normal_at_nodes, moments);
+    occlusion = occlusion_at_nodes(around, stage, geometry->position_mm, normal_at_nodes, moments);
   }
   invert_pixels(field, &n);
-  n.specular = n.diffuse[2].clone();
+  n.specular = add_specular_detail(burst, {geometry->to_camera, distance_mm, px_mm}, n.diffuse[2]);
+  n.specular_confidence = n.diffuse_confidence.clone();
   return n;
 }
 

@@ -2,6 +2,7 @@
 // the face.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "base/parallel.h"
@@ -11,6 +12,11 @@ namespace lamella::fit {
 
 // Weights of a Gaussian, from the middle outwards, cut at 2 sigma; not normalised.
 std::vector<float> gaussian_taps(float sigma_px);
+
+// Averages are as wide as the skin asks for (mm), and at least and at most so many pixels.
+inline float sigma_px(float sigma_mm, float px_mm, float least_px, float most_px) {
+  return std::clamp(sigma_mm / px_mm, least_px, most_px);
+}
 
 // A step between two pixels `px` apart larger than this, mm along the ray, is a silhouette: a
 // surface that is seen at 80 degrees falls by 5.7 pixels' width a pixel.
@@ -48,12 +54,12 @@ void smooth_pass(const Image1& distance_mm, const std::vector<float>& taps, floa
 
 }  // namespace detail
 
-// Gaussian of `sigma_px`, rows and then columns, that stops at silhouettes and at pixels without a
-// distance (NaN). `px_mm` is the size of a pixel on the face.
+// Gaussian of sigma `width_px`, rows and then columns, that stops at silhouettes and at pixels
+// without a distance (NaN). `px_mm` is the size of a pixel on the face.
 template <class Pixel>
 cv::Mat_<Pixel> smooth_along_surface(const cv::Mat_<Pixel>& image, const Image1& distance_mm,
-                                     float sigma_px, float px_mm) {
-  const std::vector<float> taps = gaussian_taps(sigma_px);
+                                     float width_px, float px_mm) {
+  const std::vector<float> taps = gaussian_taps(width_px);
   cv::Mat_<Pixel> rows = image.clone(), both = image.clone();
   detail::smooth_pass(distance_mm, taps, px_mm, 1, image, &rows);
   detail::smooth_pass(distance_mm, taps, px_mm, 0, rows, &both);

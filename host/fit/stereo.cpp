@@ -13,6 +13,7 @@ namespace {
 constexpr int kRounds = 3;
 constexpr double kSeenThroughMm = 3;   // what the right camera sees behind a point denies it
 constexpr double kDisagreementMm = 1;  // beyond the noise, between the pair and the projector
+constexpr double kDoubt = 0.2;         // share of the disagreement that stays in the answer
 constexpr double kPhaseBiasPx = 0.06;  // of the projector's column on curved, scattering skin
 
 // Column and distance in the right image between pixels; NaN at silhouettes and holes.
@@ -80,10 +81,15 @@ void refine_with_right(const Camera& left_camera, const Camera& right_camera,
       const double sigma_u_px = left->sigma_mm(y, x) * per_mm;
       const double alone = cv::norm(cv::Vec2d(left->sigma_mm(y, x), kPhaseBiasPx / per_mm));
       const double pair = std::sqrt(2.) * sigma_u_px / std::abs(m.u_px_per_mm);
-      if (std::abs(m.distance_mm - mm) > kDisagreementMm + 3 * (alone + pair)) continue;
+      const double apart = m.distance_mm - mm;
+      const double doubt = kDoubt * apart;
+      if (std::abs(apart) > kDisagreementMm + 3 * (alone + pair)) {
+        left->sigma_mm(y, x) = float(cv::norm(cv::Vec2d(alone, doubt)));
+        continue;
+      }
       const double w = alone * alone / (alone * alone + pair * pair);
-      mm += float(w * (m.distance_mm - mm));
-      left->sigma_mm(y, x) = float(std::sqrt(1 / (1 / (alone * alone) + 1 / (pair * pair))));
+      mm += float(w * apart);
+      left->sigma_mm(y, x) = float(cv::norm(cv::Vec2d(std::sqrt(w) * pair, doubt)));
     }
   });
 }

@@ -51,17 +51,20 @@ void look_around(const Image3& scene_mm, const Image3& normal, const LightStage&
                  Surroundings* around) {
   const GridMesh mesh = mesh_from_positions(scene_mm, kMeshStepPx, kLongestEdgeMm);
   const RayScene scene(mesh.vertices_mm, mesh.triangles);
-  parallel_for(int(around->pixel.size()), [&](int node) {
-    const cv::Point p = around->pixel[size_t(node)];
-    const Vec3 n = normal(p), origin = scene_mm(p) + n * kLiftMm;
-    for (size_t led = 0; led < around->leds; ++led) {
-      const Vec3 l = stage.direction_from(led, origin);
-      if (dot(n, l) <= 0) continue;
-      const Hit hit = scene.intersect(origin, l, kLiftMm, kFarMm);
-      around->blocker[size_t(node) * around->leds + led] =
-          blocker_of(mesh, hit, l, scene_mm.cols);
-    }
-  }, 16);
+  parallel_for(
+      int(around->pixel.size()),
+      [&](int node) {
+        const cv::Point p = around->pixel[size_t(node)];
+        const Vec3 n = normal(p), origin = scene_mm(p) + n * kLiftMm;
+        for (size_t led = 0; led < around->leds; ++led) {
+          const Vec3 l = stage.direction_from(led, origin);
+          if (dot(n, l) <= 0) continue;
+          const Hit hit = scene.intersect(origin, l, kLiftMm, kFarMm);
+          around->blocker[size_t(node) * around->leds + led] =
+              blocker_of(mesh, hit, l, scene_mm.cols);
+        }
+      },
+      16);
 }
 
 NodeBlend blend_nodes(const Surroundings& around, const Image1& distance_mm, int y, int x,

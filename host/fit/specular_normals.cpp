@@ -1,0 +1,128 @@
+#include "fit/specular_normals.h"
+
+#include <algorithm>
+
+#include "base/parallel.h"
+#include "fit/smooth.h"
+
+namespace lamella::fit {
+
+namespace {
+
+using SpecularMoments = cv::Vec4f;  // S, 2 S_a - S; mean of the channels
+
+constexpr float kFineSigmaMm = 0.3f;
+constexpr float kCoarseSigmaMm = 0.75f;  // about as far as blue light scatters
+constexpr float kEnergySigmaMm = 0.75f;
+constexpr float kLeastFacing = 0.15f;  // n.v; beyond, r + v is too short to have a direction
+
+cv::Mat_<SpecularMoments> specular_moments(const Burst& burst, const Image1& distance_mm) {
+  cv::Mat_<SpecularMoments> moments(distance_mm.size(), SpecularMoments::all(0));
+  parallel_for(moments.rows, [&](int y) {
+    for (int x = 0; x < moments.cols; ++x) {
+      if (std::isnan(distance_mm(y, x))) continue;
+      const float full = mean(burst.full.parallel(y, x) - burst.full.cross(y, x));
+      moments(y, x)[0] = full;
+      for (size_t a = 0; a < 3; ++a) {
+        const AnalyserPair& g = burst.gradient[a];
+        moments(y, x)[int(a) + 1] = 2 * mean(g.parallel(y, x) - g.cross(y, x)) - full;
+      }
+    }
+  });
+  return moments;
+}
+
+struct Specular {
+  Vec3 normal{0, 0, 0};  // zero: not known
+  float per_moment = 0;  // how far the normal turns (rad) when 2 S_a - S changes by 1
+};
+
+Specular specular_normal(const SpecularMoments& m, const Vec3& v) {
+  const Vec3 r(m[1], m[2], m[3]);
+  const float strength = length(r);
+  if (!(strength > 0)) return {};
+  const Vec3 h = r * (1 / strength) + v;
+  const float twice_facing = length(h);
+  if (twice_facing < 2 * kLeastFacing) return {};
+  return {h * (1 / twice_facing), 1 / (strength * twice_facing)};
+}
+
+// What is left of white noise of variance 1 after the fine average less the coarse one.
+float noise_gain(const std::vector<float>& fine, const std::vector<float>& coarse) {
+  const auto sum = [](const std::vector<float>& taps) {
+    float s = -taps[0];
+    for (float t : taps) s += 2 * t;
+    return s;
+  };
+  const auto product = [](const std::vector<float>& a, const std::vector<float>& b) {
+    float s = -a[0] * b[0];
+    for (size_t k = 0; k < std::min(a.size(), b.size()); ++k) s += 2 * a[k] * b[k];
+    return s;
+  };
+  const float f = sum(fine), c = sum(coarse);
+  const float ff = product(fine, fine) / (f * f), cc = product(coarse, coarse) / (c * c);
+  const float fc = product(fine, coarse) / (f * c);
+  return ff * ff - 2 * fc * fc + cc * cc;
+}
+
+// Variance of one component of 2 S_a - S, mean of the channels, from the two photographs of each.
+float moment_variance(const Burst& burst, int y, int x) {
+  float variance = 0;
+  for (int c = 0; c < 3; ++c) {
+    for (const Image3* image : {&burst.full.parallel, &burst.full.cross}) {
+      const float radiance = (*image)(y, x)[c];
+      variance += 4 * burst.noise.variance(0.5f * radiance) + burst.noise.variance(radiance);
+    }
+  }
+  return variance / 9;
+}
+
+// Detail (xyz), and its energy and that of noise alone.
+struct Detail {
+  Image3 turn;
+  Image2 energy;
+};
+
+Detail measure_detail(const Burst& burst, const SurfaceView& view) {
+  const float fine_px = sigma_px(kFineSigmaMm, view.px_mm, 0.8f, 3.f);
+  const float coarse_px = sigma_px(kCoarseSigmaMm, view.px_mm, 2 * fine_px, 8.f);
+  const cv::Mat_<SpecularMoments> raw = specular_moments(burst, view.distance_mm);
+  const auto fine = smooth_along_surface(raw, view.distance_mm, fine_px, view.px_mm);
+  const auto coarse = smooth_along_surface(raw, view.distance_mm, coarse_px, view.px_mm);
+  const float gain = noise_gain(gaussian_taps(fine_px), gaussian_taps(coarse_px));
+  Detail detail{Image3(raw.size(), Vec3(0, 0, 0)), Image2(raw.size(), Vec2(0, 0))};
+  parallel_for(raw.rows, [&](int y) {
+    for (int x = 0; x < raw.cols; ++x) {
+      if (std::isnan(view.distance_mm(y, x)) || burst.clipped_led(y, x)) continue;
+      const Specular sharp = specular_normal(fine(y, x), view.to_camera(y, x));
+      const Specular blunt = specular_normal(coarse(y, x), view.to_camera(y, x));
+      if (sharp.per_moment == 0 || blunt.per_moment == 0) continue;
+      const Vec3 turn = sharp.normal - blunt.normal;
+      const float noise =
+          2 * gain * moment_variance(burst, y, x) * blunt.per_moment * blunt.per_moment;
+      detail.turn(y, x) = turn;
+      detail.energy(y, x) = Vec2(dot(turn, turn), noise);
+    }
+  });
+  return detail;
+}
+
+}  // namespace
+
+Image3 add_specular_detail(const Burst& burst, const SurfaceView& view, const Image3& base) {
+  const Detail detail = measure_detail(burst, view);
+  const float energy_px = sigma_px(kEnergySigmaMm, view.px_mm, 2.f, 8.f);
+  const Image2 energy =
+      smooth_along_surface(detail.energy, view.distance_mm, energy_px, view.px_mm);
+  Image3 normal = base.clone();
+  parallel_for(normal.rows, [&](int y) {
+    for (int x = 0; x < normal.cols; ++x) {
+      const Vec2& e = energy(y, x);
+      if (!is_finite(base(y, x)) || !(e[0] > e[1])) continue;
+      normal(y, x) = unit(base(y, x) + detail.turn(y, x) * (1 - e[1] / e[0]));
+    }
+  });
+  return normal;
+}
+
+}  // namespace lamella::fit

@@ -1,0 +1,90 @@
+#include "fit/normals.h"
+
+#include <gtest/gtest.h>
+
+#include "fit/smooth.h"
+#include "fit/synthetic_rig.h"
+
+namespace lamella::fit {
+namespace {
+
+using testing::Shape;
+
+std::vector<float> errors_deg(const Burst& burst, const Image3& normals, const Shape& shape) {
+  std::vector<float> errors;
+  const Camera& left = burst.session->left;
+  for (int y = 0; y < burst.regions.rows; ++y) {
+    for (int x = 0; x < burst.regions.cols; ++x) {
+      if (!burst.regions(y, x)) continue;
+      const auto truth = shape(left.centre_mm(), left.ray(x, y));
+      const Vec3& n = normals(y, x);
+      errors.push_back(is_finite(n) ? testing::angle_deg(n, truth->normal) : 180.f);
+    }
+  }
+  return errors;
+}
+
+TEST(Normals, OfASphereAreItsOwn) {
+  const Session session = testing::make_session();
+  const Shape shape = testing::sphere(60);
+  const Burst burst = testing::photograph(session, shape);
+  Geometry geometry = reconstruct_geometry(burst);
+  const Normals n = estimate_normals(burst, &geometry);
+  for (const Image3& diffuse : n.diffuse) {
+    EXPECT_LT(testing::quantile(errors_deg(burst, diffuse, shape), 0.5), 0.3f);
+    EXPECT_LT(testing::quantile(errors_deg(burst, diffuse, shape), 0.95), 3.f);
+  }
+  EXPECT_LT(testing::quantile(errors_deg(burst, n.specular, shape), 0.5), 0.5f);
+}
+
+TEST(Normals, AreRightWithNearLedsAndAGapAmongThem) {
+  Session session = testing::make_session();
+  std::vector<Led> leds = session.stage.leds();
+  leds.erase(leds.begin() + 10, leds.begin() + 25);
+  for (Led& led : leds) led.distance_mm = 800;
+  session.stage = LightStage(leds);
+  const Shape shape = testing::sphere(60);
+  const Burst burst = testing::photograph(session, shape);
+  Geometry geometry = reconstruct_geometry(burst);
+  const Normals n = estimate_normals(burst, &geometry);
+  EXPECT_LT(testing::quantile(errors_deg(burst, n.diffuse[1], shape), 0.5), 0.4f);
+}
+
+TEST(Normals, OfAFlatPlaneAreAllAlike) {
+  const Session session = testing::make_session();
+  const Shape plane = testing::stepped_plane(0, 0);
+  const Burst burst = testing::photograph(session, plane);
+  Geometry geometry = reconstruct_geometry(burst);
+  const Normals n = estimate_normals(burst, &geometry);
+  EXPECT_LT(testing::quantile(errors_deg(burst, n.diffuse[0], plane), 0.99), 0.5f);
+}
+
+TEST(Normals, SeeLessOfTheLedsAtTheFootOfAStep) {
+  const Session session = testing::make_session();
+  const Burst burst = testing::photograph(session, testing::stepped_plane(60, 0));
+  Geometry geometry = reconstruct_geometry(burst);
+  const Normals n = estimate_normals(burst, &geometry);
+  const cv::Vec2d foot = session.left.project(Vec3d(0, 36, 0));
+  const cv::Vec2d top = session.left.project(Vec3d(0, 0, 60));
+  EXPECT_LT(n.ambient_visibility(int(foot[1]), int(foot[0])), 0.8f);
+  EXPECT_GT(n.ambient_visibility(int(top[1]), int(top[0])), 0.97f);
+  EXPECT_LT(n.diffuse_confidence(int(foot[1]), int(foot[0])),
+            n.diffuse_confidence(int(top[1]), int(top[0])));
+}
+
+TEST(Smoothing, KeepsASlopeUpToItsEdgeAndDoesNotCrossASilhouette) {
+  Image1 distance(40, 40), value(40, 40);
+  for (int y = 0; y < 40; ++y) {
+    for (int x = 0; x < 40; ++x) {
+      distance(y, x) = x < 20 ? 1000.f : 1050.f;
+      value(y, x) = x < 20 ? 3.f * x + y : 500.f - 2.f * x;
+    }
+  }
+  const Image1 smooth = smooth_along_surface(value, distance, 2.f, 0.25f);
+  for (int y = 0; y < 40; ++y) {
+    for (int x = 0; x < 40; ++x) ASSERT_NEAR(smooth(y, x), value(y, x), 1e-3f);
+  }
+}
+
+}  // namespace
+}  // namespace lamella::fit
