@@ -1,10 +1,72 @@
+// lamella review: the lit head, every layer switchable, in a window or as a picture.
+#include <cstdio>
+#include <memory>
+
 #include "apps/commands.h"
 #include "base/error.h"
+#include "review/display.h"
+#include "review/review.h"
 
 namespace lamella::apps {
 
+namespace {
+
+struct Arguments {
+  fs::path session, fit, screenshot;
+  std::string size = "1600x900", layers = "specular,single,shallow,deep", light = "portrait";
+  double azimuth_deg = -9, elevation_deg = 2;
+  float exposure = 1.15f;
+};
+
+cv::Size parsed_size(const std::string& text) {
+  cv::Size size;
+  char rest = 0;
+  if (std::sscanf(text.c_str(), "%dx%d%c", &size.width, &size.height, &rest) != 2 ||
+      size.width < 200 || size.height < 200 || size.width > 8192 || size.height > 8192) {
+    throw_bad_input("--size", "\"" + text + "\" is no size", "give WIDTHxHEIGHT, 200 to 8192 each");
+  }
+  return size;
+}
+
+void run(const Arguments& a) {
+  review::ReviewRequest request;
+  request.session = a.session;
+  request.fit = a.fit.empty() ? a.session / "fit" : a.fit;
+  request.subject = fs::absolute(a.session / ".").lexically_normal().parent_path().filename();
+  request.size = parsed_size(a.size);
+  request.gains = review::gains_named(a.layers);
+  request.lighting = review::lighting_named(a.light);
+  request.azimuth_rad = float(a.azimuth_deg * M_PI / 180);
+  request.elevation_rad = float(a.elevation_deg * M_PI / 180);
+  request.exposure = a.exposure;
+  if (!a.screenshot.empty()) review::ensure_display();
+  request.maps = read_layer_maps(request.fit);
+  request.layers = read_layers(request.fit / "layers.json");
+  if (a.screenshot.empty()) {
+    review::show_window(request);
+  } else {
+    review::write_screenshot(request, a.screenshot);
+    std::printf("%s\n", a.screenshot.c_str());
+  }
+}
+
+}  // namespace
+
 void add_review(CLI::App& app, int*) {
-  app.add_subcommand("review")->callback([] { throw_bad_input("review", "not in this build"); });
+  auto a = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("review", "look at the fitted head, lit");
+  command->add_option("session", a->session, "session folder")->required();
+  command->add_option("--fit", a->fit, "folder of the fit; SESSION/fit where absent");
+  command->add_option("--screenshot", a->screenshot, "write this PNG instead of a window");
+  command->add_option("--size", a->size, "WIDTHxHEIGHT of the window or picture");
+  command->add_option("--layers", a->layers, "some of specular,single,shallow,deep; or none");
+  command->add_option("--light", a->light, "portrait, front, side, or a direction x,y,z");
+  command->add_option("--azimuth", a->azimuth_deg,
+                      "of the camera, degrees from the side that was photographed");
+  command->add_option("--elevation", a->elevation_deg, "of the camera, degrees")
+      ->check(CLI::Range(-85.0, 85.0));
+  command->add_option("--exposure", a->exposure, "factor")->check(CLI::Range(0.01, 100.0));
+  command->callback([a] { run(*a); });
 }
 
 }  // namespace lamella::apps
