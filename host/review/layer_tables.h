@@ -12,7 +12,7 @@ namespace lamella::review {
 
 // Widths of the four Gaussians that stand for every kernel, mm on the skin. Wider ones are reached
 // by blurring narrower ones again.
-inline constexpr std::array<float, 4> kGaussianSigmaMm{0.35f, 0.9f, 2.0f, 4.5f};
+inline constexpr std::array<float, 4> kGaussianSigmaMm{0.25f, 0.75f, 1.9f, 4.5f};
 inline constexpr float kLargestLdMm = 6.f;
 inline constexpr int kLdCells = 96;
 

@@ -71,14 +71,24 @@ v1::Layers one_region() {
 
 class Review : public ::testing::Test {
  protected:
-  void SetUp() override {
-    if (!no_screen.empty()) GTEST_SKIP() << "NOT TESTED: " << no_screen;
+  // One context for all: making one takes longer than the tests.
+  static void SetUpTestSuite() {
+    if (!no_screen.empty()) return;
     try {
       window_ = std::make_unique<Window>("test", 64, 64, false, 13.f);
+      renderer_ = std::make_unique<Renderer>(face_from_maps(dome(), "dome"), one_region());
     } catch (const Error& e) {
-      GTEST_SKIP() << "NOT TESTED: " << e.what();
+      no_screen = e.what();
     }
-    renderer_ = std::make_unique<Renderer>(face_from_maps(dome(), "dome"), one_region());
+  }
+
+  static void TearDownTestSuite() {
+    renderer_.reset();
+    window_.reset();
+  }
+
+  void SetUp() override {
+    if (!renderer_) GTEST_SKIP() << "NOT TESTED: " << no_screen;
     renderer_->light(single_light({0, 0, 1}));
   }
 
@@ -104,8 +114,8 @@ class Review : public ::testing::Test {
     return rgb;
   }
 
-  std::unique_ptr<Window> window_;
-  std::unique_ptr<Renderer> renderer_;
+  static inline std::unique_ptr<Window> window_;
+  static inline std::unique_ptr<Renderer> renderer_;
 };
 
 TEST_F(Review, ShowsTheShallowAlbedoWhereTheLightIsSquare) {
