@@ -8,12 +8,14 @@ double GaussianBasis::sigma_mm(int j) {
   return kNarrowest_mm * std::pow(kWidest_mm / kNarrowest_mm, j / (kSize - 1.0));
 }
 
+double GaussianBasis::value(int j, double r_mm) {
+  const double s2 = sigma_mm(j) * sigma_mm(j) - kFootprint_mm * kFootprint_mm;
+  return std::exp(-r_mm * r_mm / (2 * s2)) / (2 * M_PI * s2);
+}
+
 double GaussianBasis::profile(const Weights& weights, double r_mm) {
   double sum = 0;
-  for (int j = 0; j < kSize; ++j) {
-    const double s2 = sigma_mm(j) * sigma_mm(j);
-    sum += weights[size_t(j)] * std::exp(-r_mm * r_mm / (2 * s2)) / (2 * M_PI * s2);
-  }
+  for (int j = 0; j < kSize; ++j) sum += weights[size_t(j)] * value(j, r_mm);
   return sum;
 }
 

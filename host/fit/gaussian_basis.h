@@ -9,12 +9,20 @@ namespace lamella::fit {
 // The widths that all profiles share, geometric. Every Gaussian integrates to 1 over the plane.
 struct GaussianBasis {
   static constexpr int kSize = 14;
-  static constexpr double kNarrowest_mm = 0.1, kWidest_mm = 8.0;
+  static constexpr double kNarrowest_mm = 0.12, kWidest_mm = 8.0;
+
+  // What the pixels of camera and projector blur every photograph of a pattern by (one sigma of two
+  // boxes of 0.25 to 0.3 mm). Widths include it; profiles do not.
+  static constexpr double kFootprint_mm = 0.1;
+
   using Weights = std::array<double, kSize>;
 
   static double sigma_mm(int j);
 
-  // Sum of weights x Gaussians at radius r, per mm^2.
+  // The blur's share of Gaussian j removed, at radius r, per mm^2.
+  static double value(int j, double r_mm);
+
+  // Sum of weights x values.
   static double profile(const Weights& weights, double r_mm);
 
   // exp(-2 pi^2 sigma^2 f^2): share of a wave of f cycles per mm that Gaussian j lets through.

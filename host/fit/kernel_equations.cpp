@@ -1,13 +1,85 @@
 #include "fit/kernel_equations.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
+#include <vector>
 
 namespace lamella::fit {
 
 namespace {
 
-constexpr int kSweeps = 3000;
-constexpr double kSumWeight = 30;  // how much stiffer than the data the sum of 1 is
+constexpr int kSize = GaussianBasis::kSize;
+constexpr double kSumWeight = 1000;    // how much stiffer than the data the sum of 1 is
+constexpr double kSamples = 100;       // what the equations count as: neighbours' errors are alike
+constexpr double kRidge = 300;         // pull of the exponential kernel
+constexpr double kRidgeFloor = 0.02;   // weights move by this against the pull of 1
+constexpr int kLengths = 48;           // exponential kernels to choose from
+constexpr double kShortest_mm = 0.15, kLongest_mm = 4;
+
+using Matrix = Eigen::Matrix<double, kSize, kSize>;
+using Vector = Eigen::Matrix<double, kSize, 1>;
+using Weights = GaussianBasis::Weights;
+
+// Minimises x'Ax - 2b'x over the unknowns that are `free`; the others are 0.
+Vector solve_free(const Matrix& a, const Vector& b, const std::array<bool, kSize>& free) {
+  Matrix m = a;
+  Vector v = b;
+  for (int j = 0; j < kSize; ++j) {
+    if (free[size_t(j)]) continue;
+    m.row(j).setZero();
+    m.col(j).setZero();
+    m(j, j) = 1;
+    v(j) = 0;
+  }
+  return m.ldlt().solve(v);
+}
+
+// The same over x >= 0 (Lawson and Hanson 1974): frees the unknown with the steepest descent,
+// solves, and puts those that turn negative back to 0.
+Vector solve_not_negative(const Matrix& a, const Vector& b) {
+  Vector x = Vector::Zero();
+  std::array<bool, kSize> free{};
+  const double tolerance = 1e-10 * b.cwiseAbs().maxCoeff();
+  for (int round = 0; round < 3 * kSize; ++round) {
+    const Vector descent = b - a * x;
+    int steepest = -1;
+    for (int j = 0; j < kSize; ++j) {
+      if (free[size_t(j)] || descent(j) <= tolerance) continue;
+      if (steepest < 0 || descent(j) > descent(steepest)) steepest = j;
+    }
+    if (steepest < 0) break;
+    free[size_t(steepest)] = true;
+    for (int inner = 0; inner < kSize; ++inner) {
+      const Vector to = solve_free(a, b, free);
+      double step = 1;
+      for (int j = 0; j < kSize; ++j) {
+        if (free[size_t(j)] && to(j) <= 0) step = std::min(step, x(j) / (x(j) - to(j)));
+      }
+      x += step * (to - x);
+      if (step >= 1) break;
+      for (int j = 0; j < kSize; ++j) {
+        if (free[size_t(j)] && x(j) <= 1e-15) x(j) = 0, free[size_t(j)] = false;
+      }
+    }
+  }
+  return x;
+}
+
+Eigen::Map<const Vector> as_vector(const Weights& weights) {
+  return Eigen::Map<const Vector>(weights.data());
+}
+
+const std::vector<Weights>& exponential_kernels() {
+  static const std::vector<Weights> kernels = [] {
+    std::vector<Weights> all;
+    for (int i = 0; i < kLengths; ++i) {
+      const double t = i / (kLengths - 1.0);
+      all.push_back(exponential_kernel(kShortest_mm * std::pow(kLongest_mm / kShortest_mm, t)));
+    }
+    return all;
+  }();
+  return kernels;
+}
 
 }  // namespace
 
@@ -34,29 +106,55 @@ double KernelEquations::cost(const Vector& unknowns) const {
   return unknowns.dot(left * unknowns) - 2 * right.dot(unknowns) + square;
 }
 
-Kernel solve_kernel(const KernelEquations& equations, double offset_sigma) {
-  constexpr int n = GaussianBasis::kSize;
-  KernelEquations::Matrix h = equations.left;
-  KernelEquations::Vector g = equations.right;
-  const double stiff = kSumWeight * h.topLeftCorner(n, n).trace() / n;
-  h.topLeftCorner(n, n).array() += stiff;
-  g.head(n).array() += stiff;
-  h(n, n) += 1 / (offset_sigma * offset_sigma);
-  // Coordinate descent: convex, and each step is exact within its bound.
-  KernelEquations::Vector x = KernelEquations::Vector::Constant(1.0 / n);
-  x(n) = 0;
-  for (int sweep = 0; sweep < kSweeps; ++sweep) {
-    for (int j = 0; j <= n; ++j) {
-      if (h(j, j) <= 0) continue;
-      const double step = (g(j) - h.row(j).dot(x)) / h(j, j);
-      x(j) = j < n ? std::max(0.0, x(j) + step) : x(j) + step;
-    }
+Weights exponential_kernel(double l_mm) {
+  constexpr int kRings = 120;
+  Matrix a = Matrix::Zero();
+  Vector b = Vector::Zero();
+  for (int i = 0; i < kRings; ++i) {
+    const double r = 0.01 * std::pow(2000.0, i / (kRings - 1.0));
+    const double y = std::exp(-r / l_mm) / (2 * M_PI * l_mm * r);
+    const double weight = r * r / (r * r * y + 1e-5);
+    Vector row;
+    for (int j = 0; j < kSize; ++j) row(j) = GaussianBasis::value(j, r);
+    a.noalias() += weight * row * row.transpose();
+    b += weight * y * row;
   }
+  const Vector x = solve_not_negative(a, b);
+  Weights weights;
+  for (int j = 0; j < kSize; ++j) weights[size_t(j)] = x(j) / x.sum();
+  return weights;
+}
+
+Kernel solve_kernel(const KernelEquations& equations, double offset_sigma) {
+  // The offset is eliminated: whatever the weights, its best value is linear in them.
+  const double stiffness =
+      equations.left(kSize, kSize) + 1 / (offset_sigma * offset_sigma);
+  const Vector coupling = equations.left.topRightCorner<kSize, 1>();
+  const double scale = kSamples / std::max(equations.count, 1.0);
+  const Matrix h = scale * (equations.left.topLeftCorner<kSize, kSize>() -
+                            coupling * coupling.transpose() / stiffness);
+  const Vector g =
+      scale * (equations.right.head<kSize>() - coupling * equations.right(kSize) / stiffness);
+  const auto cost = [&](const Weights& w) {
+    return as_vector(w).dot(h * as_vector(w)) - 2 * g.dot(as_vector(w));
+  };
+  const std::vector<Weights>& simple = exponential_kernels();
+  const Vector prior = as_vector(*std::min_element(
+      simple.begin(), simple.end(),
+      [&](const Weights& a, const Weights& b) { return cost(a) < cost(b); }));
+  const Vector pull = kRidge * (prior.array() + kRidgeFloor).square().inverse();
+  const double sum_weight = kSumWeight * h.trace() / kSize;
+  Matrix a = h;
+  a.array() += sum_weight;
+  a.diagonal() += pull;
+  const Vector x =
+      solve_not_negative(a, g + pull.cwiseProduct(prior) + Vector::Constant(sum_weight));
   Kernel kernel;
-  const double sum = x.head(n).sum();
-  for (int j = 0; j < n; ++j) kernel.weight[size_t(j)] = x(j) / sum;
-  kernel.offset = x(n);
-  kernel.cost = equations.cost(x);
+  for (int j = 0; j < kSize; ++j) kernel.weight[size_t(j)] = x(j) / x.sum();
+  kernel.offset = (equations.right(kSize) - coupling.dot(as_vector(kernel.weight))) / stiffness;
+  KernelEquations::Vector all;
+  all << as_vector(kernel.weight), kernel.offset;
+  kernel.cost = equations.cost(all);
   return kernel;
 }
 

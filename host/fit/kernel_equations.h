@@ -34,8 +34,12 @@ struct Kernel {
   double cost = 0;
 };
 
+// exp(-r/l)/(2 pi l r), the simplest kernel that is near to skin's at all distances, as weights.
+GaussianBasis::Weights exponential_kernel(double l_mm);
+
 // The kernel that explains the equations best: weights not negative and summing to 1 (what is
-// measured is a ratio to the evenly lit photograph), the offset within `offset_sigma`.
+// measured is a ratio to the evenly lit photograph), the offset within `offset_sigma`. What the
+// equations leave open is as in the exponential kernel that explains them best.
 Kernel solve_kernel(const KernelEquations& equations, double offset_sigma);
 
 }  // namespace lamella::fit

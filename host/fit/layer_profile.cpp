@@ -12,7 +12,7 @@ namespace lamella::fit {
 
 namespace {
 
-constexpr double kTransport_mm = 0.37;       // 1/sigma_t' of dermis, 2 to 4 per mm in the literature
+constexpr double kTransport_mm = 0.38;       // 1/sigma_t' of dermis, 2 to 4 per mm in the literature
 constexpr double kTransportSpread = 0.15;    // one sigma of its logarithm
 constexpr double kKernelError = 0.05;        // relative, of what the dots say of the kernel
 constexpr double kLongest_mm = 8, kShortest_mm = 0.15;
@@ -165,7 +165,7 @@ void judge_shallow(double share, double thickness_mm, LayeredProfile* profile) {
 }  // namespace
 
 DeepProfile fit_deep_profile(const GaussianBasis::Weights& kernel) {
-  const std::vector<Sample> samples = sample_kernel(kernel, 1.0, 6.0, 24);
+  const std::vector<Sample> samples = sample_kernel(kernel, 1.0, kLongest_mm, 24);
   double log_ld = 0, log_transport = std::log(kTransport_mm), log_amplitude = 0;
   ceres::Problem problem;
   for (const Sample& sample : samples) {

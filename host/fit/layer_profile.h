@@ -14,7 +14,7 @@ struct DeepProfile {
   double rms = 0;           // of the logarithm, weighted by the light
 };
 
-// Dipole of free amplitude to the tail of a kernel, 1 to 6 mm. alpha', l_d and amplitude cannot all
+// Dipole of free amplitude to the tail of a kernel, 1 to 8 mm. alpha', l_d and amplitude cannot all
 // be told apart there: dermis is taken to have a transport length of kTransport_mm within a factor.
 DeepProfile fit_deep_profile(const GaussianBasis::Weights& kernel);
 

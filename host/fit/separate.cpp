@@ -14,8 +14,8 @@ namespace {
 
 constexpr float kDarkest = 1e-3f;        // FRONT - BLACK below this is shadow
 constexpr float kModelError = 0.01f;     // of FRONT - BLACK: what a planar, even surface leaves out
-constexpr int kPhaseWindow_px = 7;
-constexpr float kPhaseError_turns = 0.03f;  // on the flanks a sample tells phase more than swing
+constexpr int kPhaseWindow_px = 3;
+constexpr float kPhaseError_turns = 0.06f;  // on the flanks a sample tells phase more than swing
 constexpr float kSwingSpread = 0.15f;    // how far one pixel's swing is from its region's
 
 using PerChannel = std::array<StripeBins, 3>;
