@@ -45,18 +45,4 @@ Image3 develop(const RawImage& raw, const Camera& camera) {
   return stored;
 }
 
-std::string pack_rgb12(const RawImage& raw) {
-  const size_t samples = raw.total() * 3;
-  const auto* values = reinterpret_cast<const uint16_t*>(raw.data);  // rows are contiguous
-  std::string bytes;
-  bytes.reserve((samples + 1) / 2 * 3);
-  for (size_t i = 0; i < samples; i += 2) {
-    const unsigned a = values[i], b = i + 1 < samples ? values[i + 1] : 0u;
-    bytes.push_back(char(a & 0xff));
-    bytes.push_back(char((a >> 8) | ((b & 0xf) << 4)));
-    bytes.push_back(char(b >> 4));
-  }
-  return bytes;
-}
-
 }  // namespace lamella::twin

@@ -2,17 +2,14 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 
 #include "base/camera.h"
 #include "base/vec.h"
+#include "io/raw12.h"
 
 namespace lamella::twin {
 
 inline constexpr int kBlackLevelDn = 64, kWhiteLevelDn = 4095;
-
-// Raw values (0 to 4095) of one photograph.
-using RawImage = cv::Mat_<cv::Vec3w>;
 
 // stored = (dn - black level) * this; the white level is the camera's saturation.
 double gain_per_dn(const Camera& camera);
@@ -22,8 +19,5 @@ double gain_per_dn(const Camera& camera);
 RawImage expose(const Image3& stored, const Camera& camera, float noise, uint64_t seed);
 
 Image3 develop(const RawImage& raw, const Camera& camera);
-
-// RGB12P: see PROTOCOL.md.
-std::string pack_rgb12(const RawImage& raw);
 
 }  // namespace lamella::twin

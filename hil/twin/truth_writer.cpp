@@ -180,20 +180,18 @@ void write_one_view(const fs::path& folder, const Photographer& photographer,
 
 void write_truth(const fs::path& folder, const Photographer& photographer) {
   const auto regions = region_truth(photographer.profiles());
-  const fs::path truth = folder / "truth";
-  fs::create_directories(truth / "views");
+  fs::create_directories(folder / "views");
   Progress progress("truth", 5);
-  const TruthMaps maps = truth_maps(photographer, regions);
+  const TruthMaps truth = truth_maps(photographer, regions);
   progress.advance(1);
-  write_layer_maps(truth, maps.maps);
-  write_exr_rgb(truth / "shallow_albedo_physical.exr", maps.shallow_physical, PixelType::kHalf);
-  write_exr_rgb(truth / "deep_albedo_physical.exr", maps.deep_physical, PixelType::kHalf);
-  write_mask(folder / "regions.png", maps.maps.regions);
-  write_layers(truth / "layers.json", photographer, regions);
-  write_kernels(truth / "kernels.npz", photographer.profiles());
+  write_layer_maps(folder, truth.maps);
+  write_exr_rgb(folder / "shallow_albedo_physical.exr", truth.shallow_physical, PixelType::kHalf);
+  write_exr_rgb(folder / "deep_albedo_physical.exr", truth.deep_physical, PixelType::kHalf);
+  write_layers(folder / "layers.json", photographer, regions);
+  write_kernels(folder / "kernels.npz", photographer.profiles());
   int done = 2;
   for (const NamedView& view : views(photographer)) {
-    write_one_view(truth / "views", photographer, view);
+    write_one_view(folder / "views", photographer, view);
     progress.advance(done++);
   }
 }

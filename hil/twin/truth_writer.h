@@ -1,11 +1,11 @@
-// Writes `truth/` and regions.png of a subject.
+// Writes what is known of a subject: the folder `truth/` of a session.
 #pragma once
 
 #include "twin/photographer.h"
 
 namespace lamella::twin {
 
-// regions.png in `folder`, everything else in `folder`/truth.
+// Maps, labels, layers.json, kernels and views, straight into `folder`.
 void write_truth(const fs::path& folder, const Photographer& photographer);
 
 }  // namespace lamella::twin

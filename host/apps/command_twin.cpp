@@ -1,10 +1,14 @@
-// lamella twin: photographs of a subject with known layers.
+// lamella twin: photographs of a subject with known layers, as a session or on demand.
+#include <csignal>
 #include <memory>
 
 #include "apps/commands.h"
 #include "base/error.h"
 #include "base/progress.h"
+#include "io/json.h"
+#include "io/rig_message.h"
 #include "io/whole_file.h"
+#include "twin/server.h"
 #include "twin/session_writer.h"
 #include "twin/truth_writer.h"
 
@@ -14,20 +18,60 @@ namespace {
 
 struct TwinArguments {
   twin::Photographer::Options subject;
-  std::string out;
+  std::string out, socket, truth_out, calibration_out;
   float noise = 1.f;
 };
 
-void run_twin(const TwinArguments& a) {
-  const Stopwatch clock;
-  const twin::Photographer photographer(a.subject);
-  std::printf("subject in %.1f s\n", clock.seconds());
-  twin::Studio studio(photographer, a.noise, a.subject.seed);
+volatile std::sig_atomic_t stop_asked = 0;
+
+void ask_to_stop(int) { stop_asked = 1; }
+
+void check(const TwinArguments& a) {
+  if (a.out.empty() && a.socket.empty() && a.truth_out.empty() && a.calibration_out.empty()) {
+    throw_bad_input("twin", "nothing to do", "give --out SESSION or --serve SOCKET");
+  }
+  if (!(a.noise >= 0.f && a.noise <= 100.f)) {
+    throw_bad_input("--noise", std::to_string(a.noise), "give a number from 0 to 100");
+  }
+}
+
+void write_whole_session(const TwinArguments& a, const twin::Photographer& photographer,
+                         twin::Studio* studio) {
   WholeFolder session(a.out);
-  twin::write_session(session.path(), photographer, &studio);
-  twin::write_truth(session.path(), photographer);
+  twin::write_session(session.path(), photographer, studio);
+  twin::write_truth(session.path() / "truth", photographer);
+  fs::copy_file(session.path() / "truth" / "regions.png", session.path() / "regions.png");
   session.commit();
-  std::printf("%s in %.1f s\n", a.out.c_str(), clock.seconds());
+}
+
+void run_twin(const TwinArguments& a) {
+  check(a);
+  const Stopwatch clock;
+  std::unique_ptr<twin::LocalListener> listener;
+  if (!a.socket.empty()) {
+    std::signal(SIGTERM, ask_to_stop);
+    std::signal(SIGINT, ask_to_stop);
+    listener = std::make_unique<twin::LocalListener>(a.socket);
+  }
+  const twin::Photographer photographer(a.subject);
+  twin::Studio studio(photographer, a.noise, a.subject.seed);
+  if (!a.calibration_out.empty()) {
+    write_json(a.calibration_out, message_from_session(photographer.rig()));
+  }
+  if (!a.out.empty()) {
+    write_whole_session(a, photographer, &studio);
+    std::printf("%s in %.1f s\n", a.out.c_str(), clock.seconds());
+  }
+  if (listener) {
+    std::printf("serving %s\n", a.socket.c_str());
+    std::fflush(stdout);
+  }
+  if (!a.truth_out.empty()) {  // connections wait meanwhile
+    WholeFolder truth(a.truth_out);
+    twin::write_truth(truth.path(), photographer);
+    truth.commit();
+  }
+  if (listener) twin::serve(*listener, photographer, &studio, [] { return stop_asked != 0; });
 }
 
 }  // namespace
@@ -38,8 +82,11 @@ void add_twin(CLI::App& app, int*) {
   command->add_option("--subject", a->subject.subject, "head or sphere");
   command->add_option("--seed", a->subject.seed, "another face, skin and noise");
   command->add_option("--scale", a->subject.scale, "times 600 x 750 pixels");
+  command->add_option("--noise", a->noise, "times the sensor's noise; 0 for none");
   command->add_option("--out", a->out, "session folder to write");
-  command->add_option("--noise", a->noise, "times the sensor's noise");
+  command->add_option("--serve", a->socket, "local socket on which to answer a simulated rig");
+  command->add_option("--truth-out", a->truth_out, "folder for the truth alone");
+  command->add_option("--calibration-out", a->calibration_out, "file for the rig's calibration");
   command->callback([a] { run_twin(*a); });
 }
 

@@ -40,12 +40,14 @@ class Socket {
   [[nodiscard]] Break send(const google::protobuf::MessageLite& message, Deadline deadline);
   [[nodiscard]] Break receive(google::protobuf::MessageLite* message, Deadline deadline);
 
+  // Bytes that follow a message without a length of their own.
+  [[nodiscard]] Break send_bytes(const uint8_t* bytes, size_t size, Deadline deadline);
+
   // `address` is HOST:PORT or [HOST]:PORT. The socket must be closed.
   [[nodiscard]] Break connect_tcp(const std::string& address, Deadline deadline);
 
  private:
   Break wait(short events, Deadline deadline);
-  Break send_bytes(const uint8_t* bytes, size_t size, Deadline deadline);
   Break receive_bytes(uint8_t* bytes, size_t size, Deadline deadline);
   Break finish_connecting(Deadline deadline);
 
