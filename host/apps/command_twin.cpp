@@ -44,6 +44,12 @@ void write_whole_session(const TwinArguments& a, const twin::Photographer& photo
   session.commit();
 }
 
+// The rig as calibrated, without what only a session has.
+void write_calibration(const fs::path& file, Session rig) {
+  rig.regions_file.clear();
+  write_json(file, message_from_session(rig));
+}
+
 void run_twin(const TwinArguments& a) {
   check(a);
   const Stopwatch clock;
@@ -55,9 +61,7 @@ void run_twin(const TwinArguments& a) {
   }
   const twin::Photographer photographer(a.subject);
   twin::Studio studio(photographer, a.noise, a.subject.seed);
-  if (!a.calibration_out.empty()) {
-    write_json(a.calibration_out, message_from_session(photographer.rig()));
-  }
+  if (!a.calibration_out.empty()) write_calibration(a.calibration_out, photographer.rig());
   if (!a.out.empty()) {
     write_whole_session(a, photographer, &studio);
     std::printf("%s in %.1f s\n", a.out.c_str(), clock.seconds());
