@@ -12,34 +12,13 @@ constexpr float kShadeError = 0.25f;        // of what is hidden: light bounced 
 constexpr float kSmallestCosine = 0.02f;
 constexpr float kSmallestVisibility = 0.05f;
 
-// Corners of the box that the measured surface fills.
-std::pair<Vec3, Vec3> bounds(const Image3& position_mm) {
-  Vec3 low(1e9f, 1e9f, 1e9f), high = -low;
-  for (int y = 0; y < position_mm.rows; y += 4) {
-    for (int x = 0; x < position_mm.cols; x += 4) {
-      const Vec3& p = position_mm(y, x);
-      if (!is_finite(p)) continue;
-      for (int a = 0; a < 3; ++a) {
-        low[a] = std::min(low[a], p[a]);
-        high[a] = std::max(high[a], p[a]);
-      }
-    }
-  }
-  return {low, high};
-}
-
-LedIrradiance irradiance_over(const LightStage& stage, const Image3& position_mm) {
-  const auto [low, high] = bounds(position_mm);
-  return {stage, low, high};
-}
-
 }  // namespace
 
 DiffuseTotal::DiffuseTotal(const Burst& burst, const Geometry& geometry, const Normals& normals)
     : burst_(burst),
       geometry_(geometry),
       normals_(normals),
-      leds_(irradiance_over(burst.session->stage, geometry.position_mm)) {}
+      leds_(led_irradiance_over(burst.session->stage, geometry.position_mm)) {}
 
 Vec3 DiffuseTotal::normal(int y, int x) const {
   const Vec3& n = normals_.specular(y, x);

@@ -50,13 +50,14 @@ LayeredFit fit_layers(const Session& session, Step until) {
     const Normals normals =
         timed(layers, "normals", [&] { return estimate_normals(burst, &geometry); });
     report_normals(normals, &fit);
+    SpecularFit specular;
+    Separation separation;
     if (until >= Step::kSpecular) {
-      const SpecularFit specular =
-          timed(layers, "specular", [&] { return fit_specular(burst, geometry, normals); });
+      specular = timed(layers, "specular", [&] { return fit_specular(burst, geometry, normals); });
       report_specular(specular, &fit);
     }
     if (until >= Step::kSeparate) {
-      const Separation separation =
+      separation =
           timed(layers, "separate", [&] { return separate_layers(burst, geometry, normals); });
       report_separation(separation, &fit);
       if (until >= Step::kScattering) {
@@ -70,6 +71,8 @@ LayeredFit fit_layers(const Session& session, Step until) {
       const Albedo albedo =
           timed(layers, "albedo", [&] { return fit_albedo(burst, geometry, normals); });
       report_albedo(albedo, &fit);
+      const FittedLayers fitted{geometry, normals, specular, separation, albedo};
+      report_rerender(timed(layers, "rerender", [&] { return rerender(burst, fitted); }), &fit);
     }
   }
   report_geometry(geometry, &fit);

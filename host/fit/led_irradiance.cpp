@@ -87,4 +87,19 @@ Vec3 LedIrradiance::at(const Vec3& n, const Vec3& x_mm) const {
   return sum;
 }
 
+LedIrradiance led_irradiance_over(const LightStage& stage, const Image3& position_mm) {
+  Vec3 low(1e9f, 1e9f, 1e9f), high = -low;
+  for (int y = 0; y < position_mm.rows; y += 4) {
+    for (int x = 0; x < position_mm.cols; x += 4) {
+      const Vec3& p = position_mm(y, x);
+      if (!is_finite(p)) continue;
+      for (int a = 0; a < 3; ++a) {
+        low[a] = std::min(low[a], p[a]);
+        high[a] = std::max(high[a], p[a]);
+      }
+    }
+  }
+  return {stage, low, high};
+}
+
 }  // namespace lamella::fit

@@ -24,4 +24,7 @@ class LedIrradiance {
   std::vector<std::vector<Vec3>> tables_;  // one, or eight: x fastest
 };
 
+// For all of the measured surface (NaN where there is none).
+LedIrradiance led_irradiance_over(const LightStage& stage, const Image3& position_mm);
+
 }  // namespace lamella::fit

@@ -143,4 +143,15 @@ void report_albedo(const Albedo& albedo, LayeredFit* fit) {
   put_confidence("total_albedo", albedo.confidence, fit);
 }
 
+void report_rerender(const RerenderResiduals& residuals, LayeredFit* fit) {
+  const std::pair<const char*, double> named[] = {
+      {"rerender_front_parallel_rms", residuals.front_parallel},
+      {"rerender_front_cross_rms", residuals.front_cross},
+      {"rerender_full_parallel_rms", residuals.full_parallel},
+      {"rerender_full_cross_rms", residuals.full_cross}};
+  for (const auto& [name, residual] : named) {
+    if (std::isfinite(residual)) (*fit->layers.mutable_checks())[name] = residual;
+  }
+}
+
 }  // namespace lamella::fit

@@ -2,8 +2,7 @@
 #pragma once
 
 #include "fit/layers.h"
-#include "fit/scattering.h"
-#include "fit/specular.h"
+#include "fit/rerender.h"
 
 namespace lamella::fit {
 
@@ -14,5 +13,6 @@ void report_specular(const SpecularFit& specular, LayeredFit* fit);
 void report_separation(const Separation& separation, LayeredFit* fit);
 void report_scattering(const Scattering& scattering, LayeredFit* fit);
 void report_albedo(const Albedo& albedo, LayeredFit* fit);
+void report_rerender(const RerenderResiduals& residuals, LayeredFit* fit);
 
 }  // namespace lamella::fit

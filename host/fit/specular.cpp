@@ -1,5 +1,6 @@
 #include "fit/specular.h"
 
+#include "base/parallel.h"
 #include "fit/intensity.h"
 #include "fit/lobe_fit.h"
 #include "fit/phase_asymmetry.h"
@@ -47,6 +48,22 @@ Image3 single_albedo_map(const Labels& regions, const SpecularFit& fit) {
   return map;
 }
 
+// S as eq. 1 and 3 give it with everything fitted.
+Image3 predicted(const Labels& regions, const SpecularFit& fit, const Image1& lobe,
+                 const Image1& single) {
+  Image3 s(regions.size(), Vec3(kNaN, kNaN, kNaN));
+  parallel_for(s.rows, [&](int y) {
+    for (int x = 0; x < s.cols; ++x) {
+      if (!regions(y, x)) continue;
+      const std::array<double, 3>& amplitude = fit.single[size_t(regions(y, x) - 1)].amplitude;
+      for (int c = 0; c < 3; ++c) {
+        s(y, x)[c] = fit.intensity(y, x) * lobe(y, x) + float(amplitude[size_t(c)]) * single(y, x);
+      }
+    }
+  });
+  return s;
+}
+
 }  // namespace
 
 SpecularFit fit_specular(const Burst& burst, const Geometry& geometry, const Normals& normals) {
@@ -76,6 +93,8 @@ SpecularFit fit_specular(const Burst& burst, const Geometry& geometry, const Nor
   out.intensity = intensity.c;
   out.intensity_confidence = intensity.confidence;
   out.single_albedo = single_albedo_map(burst.regions, out);
+  out.polarized_front = predicted(burst.regions, out, responses.front_lobe, responses.front_single);
+  out.polarized_full = predicted(burst.regions, out, responses.led_lobe, responses.led_single);
   return out;
 }
 

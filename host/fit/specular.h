@@ -10,9 +10,9 @@ namespace lamella::fit {
 
 struct RegionLobe {
   bool fitted = false;
-  std::string why;                     // where not fitted
-  std::vector<double> theta_rad;       // 0 to pi/4
-  std::vector<double> p, p_stddev;     // per steradian, integral of p cos over the hemisphere is 1
+  std::string why;                  // where not fitted
+  std::vector<double> theta_rad;    // 0 to pi/4
+  std::vector<double> p, p_stddev;  // per steradian, integral of p cos over the hemisphere is 1
   double gaussian_m = 0, gaussian_m_stddev = 0;
 };
 
@@ -23,13 +23,14 @@ struct RegionSingle {
 };
 
 struct SpecularFit {
-  std::vector<RegionLobe> lobes;       // by label - 1
-  std::vector<RegionSingle> single;    // by label - 1
+  std::vector<RegionLobe> lobes;     // by label - 1
+  std::vector<RegionSingle> single;  // by label - 1
   std::array<double, 3> g{}, g_stddev{};
   std::string g_assumes;
-  Image1 intensity;                    // c of eq. 1
+  Image1 intensity;  // c of eq. 1
   Image1 intensity_confidence;
-  Image3 single_albedo;                // alpha of eq. 3 as printed
+  Image3 single_albedo;                    // alpha of eq. 3 as printed
+  Image3 polarized_front, polarized_full;  // S under FRONT and GRADIENT_FULL as the fit predicts it
 };
 
 SpecularFit fit_specular(const Burst& burst, const Geometry& geometry, const Normals& normals);

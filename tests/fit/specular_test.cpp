@@ -1,0 +1,161 @@
+#include "fit/specular.h"
+
+#include <gtest/gtest.h>
+
+#include "fit/led_response.h"
+#include "fit/light_visibility.h"
+#include "fit/lobe_fit.h"
+#include "fit/non_negative.h"
+#include "fit/synthetic_sphere.h"
+
+namespace lamella::fit {
+namespace {
+
+int left_and_right(float x, float) { return x < 0.1f ? 1 : 2; }
+
+double mean_over(const Image1& map, const Labels& regions, int label) {
+  double sum = 0;
+  int count = 0;
+  for (int y = 0; y < map.rows; ++y) {
+    for (int x = 0; x < map.cols; ++x) {
+      if (regions(y, x) != label) continue;
+      sum += double(map(y, x));
+      ++count;
+    }
+  }
+  return sum / count;
+}
+
+TEST(Specular, GivesBackLobesIntensityAndAmplitudesOfANoisySphere) {
+  const std::vector<SyntheticSkin> skins{{0.22, 0.35f, {0.067, 0.063, 0.053}},
+                                         {0.33, 0.22f, {0.050, 0.050, 0.040}}};
+  SyntheticSphere sphere = SpherePhotographer().photograph(skins, left_and_right, true);
+  settle(&sphere);
+  const SpecularFit fit = fit_specular(sphere.burst, sphere.geometry, sphere.normals);
+  for (size_t r = 0; r < skins.size(); ++r) {
+    ASSERT_TRUE(fit.lobes[r].fitted);
+    EXPECT_NEAR(fit.lobes[r].gaussian_m, skins[r].gaussian_m,
+                0.006 + 3 * fit.lobes[r].gaussian_m_stddev);
+    EXPECT_LT(fit.lobes[r].gaussian_m_stddev, 0.02);
+    ASSERT_TRUE(fit.single[r].fitted);
+    for (size_t k = 0; k < 3; ++k) {
+      const double truth = skins[r].amplitude[k];
+      EXPECT_NEAR(fit.single[r].amplitude[k], truth,
+                  0.02 * truth + 3 * fit.single[r].amplitude_stddev[k]);
+      EXPECT_LT(fit.single[r].amplitude_stddev[k], 0.1 * truth);
+    }
+    const double c = mean_over(fit.intensity, sphere.burst.regions, int(r + 1));
+    EXPECT_NEAR(c, double(skins[r].c), 0.05 * double(skins[r].c));
+  }
+}
+
+TEST(Specular, LobeTableIsNormalisedFallsAndEndsAt45Degrees) {
+  SyntheticSphere sphere = SpherePhotographer().photograph(
+      {SyntheticSkin{}}, [](float, float) { return 1; }, true);
+  settle(&sphere);
+  const RegionLobe lobe = fit_specular(sphere.burst, sphere.geometry, sphere.normals).lobes[0];
+  EXPECT_EQ(lobe.theta_rad.front(), 0);
+  EXPECT_NEAR(lobe.theta_rad.back(), double(kPi) / 4, 1e-12);
+  EXPECT_NEAR(model::integral_over_table(lobe.theta_rad, lobe.p), 1.0, 0.03);
+  for (size_t i = 1; i < lobe.p.size(); ++i) EXPECT_LE(lobe.p[i], lobe.p[i - 1]);
+  EXPECT_EQ(lobe.p_stddev.size(), lobe.p.size());
+}
+
+TEST(Specular, FindsNothingInNoiseAndSaysSo) {
+  const SyntheticSkin matt{0.3, 0.f, {0, 0, 0}};
+  SyntheticSphere sphere = SpherePhotographer().photograph(
+      {matt}, [](float, float) { return 1; }, true);
+  settle(&sphere);
+  const SpecularFit fit = fit_specular(sphere.burst, sphere.geometry, sphere.normals);
+  EXPECT_FALSE(fit.single[0].fitted);
+  EXPECT_FALSE(fit.single[0].why.empty());
+  EXPECT_LT(mean_over(fit.intensity, sphere.burst.regions, 1), 0.01);
+}
+
+TEST(Specular, ARegionWithTooFewPixelsBorrowsTheLobeOfTheFaceAndSaysSo) {
+  const std::vector<SyntheticSkin> skins(2, SyntheticSkin{});
+  const auto speck = [](float x, float y) {
+    return std::abs(x - 0.3f) < 0.03f && std::abs(y) < 0.03f ? 2 : 1;
+  };
+  SyntheticSphere sphere = SpherePhotographer().photograph(skins, speck, true);
+  settle(&sphere);
+  const SpecularFit fit = fit_specular(sphere.burst, sphere.geometry, sphere.normals);
+  EXPECT_TRUE(fit.lobes[0].why.empty());
+  EXPECT_FALSE(fit.lobes[1].why.empty());
+  EXPECT_NEAR(fit.lobes[1].gaussian_m, 0.3, 0.03);
+}
+
+TEST(LedResponse, IsTheSumOfEquations1And3OverTheLeds) {
+  const LightStage stage = even_stage();
+  Image3 position(64, 64, Vec3(0, 0, 0)), to_camera(64, 64, Vec3(0, 0, 1));
+  for (int y = 0; y < 64; ++y) {
+    for (int x = 0; x < 64; ++x) position(y, x) = Vec3(float(x), float(-y), 0);
+  }
+  const LightVisibility visibility(position, to_camera, stage, {0, 0, 1000});
+  const LedField field(stage, visibility);
+  const Vec3 n = unit(Vec3(0.2f, 0.1f, 1.f)), v = unit(Vec3(0.1f, 0.f, 1.f));
+  LedCell cell;
+  field.enter_cell(33, 35, position(33, 35), v, &cell);
+  field.enter_pixel(33, 35, &cell);
+  const SkinModel skin{gaussian_lobe(0.3), model::TransmittanceTable(), 0.65f};
+  const LedResponse response = led_response(cell, skin, n, v);
+  double lobe = 0, single = 0;
+  for (size_t i = 0; i < stage.leds().size(); ++i) {
+    const Vec3 l = stage.leds()[i].direction;
+    const float light = kPi * mean(stage.irradiance(i, {0, 0, 0})) * dot(n, l);
+    if (l[2] <= 0 || dot(n, l) < kLedHorizon) continue;  // the plane hides what is behind it
+    lobe += double(light * model::torrance_sparrow(skin.lobe, n, l, v));
+    single += double(light * model::single_scattering(skin.transmittance, skin.g, n, l, v));
+  }
+  EXPECT_NEAR(response.lobe, lobe, 0.02 * lobe);
+  EXPECT_NEAR(response.single, single, 0.02 * single);
+}
+
+TEST(LightVisibility, AWallHidesTheLightsBehindItAndNoOthers) {
+  const LightStage stage({{unit(Vec3(1, 0, 0.2f)), 0, {1, 1, 1}},
+                          {unit(Vec3(-1, 0, 0.2f)), 0, {1, 1, 1}},
+                          {Vec3(0, 0, 1), 0, {1, 1, 1}}});
+  Image3 position(128, 128), to_camera(128, 128, Vec3(0, 0, 1));
+  for (int y = 0; y < 128; ++y) {
+    for (int x = 0; x < 128; ++x) {
+      // Flat, then a steep slope up from x = 80: a wall 64 mm high.
+      const float height = x < 80 ? 0.f : std::min(64.f, 2.f * float(x - 80));
+      position(y, x) = Vec3(float(x), float(-y), height);
+    }
+  }
+  const LightVisibility visibility(position, to_camera, stage, {0, 0, 1000});
+  EXPECT_EQ(visibility.share(64, 72, 0), 0.f);
+  EXPECT_EQ(visibility.share(64, 72, 1), 1.f);
+  EXPECT_EQ(visibility.share(64, 72, 2), 1.f);
+  EXPECT_EQ(visibility.share(64, 72, visibility.projector()), 1.f);
+}
+
+TEST(MixtureTable, SeenThroughErrorsOfTheNormalIsAWiderLobe) {
+  const double sigma = 0.1;
+  const MixtureTable table(sigma);
+  const std::array<double, kWidths> widths = mixture_widths();
+  for (float cosine : {1.f, 0.98f, 0.9f}) {
+    const MixtureTable::Values values = table(cosine);
+    for (size_t j = 0; j < kWidths; ++j) {
+      const double wider = std::sqrt(widths[j] * widths[j] + 2 * sigma * sigma);
+      const double expected = model::beckmann(double(cosine), wider);
+      EXPECT_NEAR(values[j], expected, 0.01 * expected + 1e-3);
+    }
+  }
+}
+
+TEST(NonNegative, KeepsWhatIsPositiveAndStopsAtZeroWhereItIsNot) {
+  const cv::Mat1d m = (cv::Mat1d(2, 2) << 2, 0.5, 0.5, 1);
+  const cv::Mat1d inside = solve_non_negative(m, m * (cv::Mat1d(2, 1) << 1, 3), 2);
+  EXPECT_NEAR(inside(0), 1, 1e-6);
+  EXPECT_NEAR(inside(1), 3, 1e-6);
+  const cv::Mat1d b = m * (cv::Mat1d(2, 1) << -1, 3);
+  const cv::Mat1d bounded = solve_non_negative(m, b, 2);
+  EXPECT_EQ(bounded(0), 0);
+  EXPECT_NEAR(bounded(1), b(1) / m(1, 1), 1e-6);
+  const cv::Mat1d free = solve_non_negative(m, b, 0);
+  EXPECT_NEAR(free(0), -1, 1e-6);
+}
+
+}  // namespace
+}  // namespace lamella::fit
