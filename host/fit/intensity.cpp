@@ -90,7 +90,11 @@ struct Evidence {
 class Weigher {
  public:
   Weigher(const Burst& burst, const Responses& responses, const std::vector<RegionFit>& fits)
-      : burst_(burst), responses_(responses), fits_(fits) {}
+      : burst_(burst),
+        responses_(responses),
+        fits_(fits),
+        led_scale_(radiance_scale(*burst.session, Role::kGradientFull)),
+        front_scale_(radiance_scale(*burst.session, Role::kFront)) {}
 
   Evidence from_leds(int y, int x) const {
     const float gain = responses_.led_lobe(y, x);
@@ -101,7 +105,7 @@ class Weigher {
     const float single = amplitude(fit) * responses_.led_single(y, x);
     const float expected = float(fit.intensity) * gain;
     const float open = expected / std::max(0.02f, responses_.led_share(y, x));
-    const float noise = 2 * burst_.noise.variance(mean(cross) + 0.5f * expected) / 3;
+    const float noise = 2 * burst_.noise.variance(mean(cross) + 0.5f * expected, led_scale_) / 3;
     const float shadow = kShadowError * (1 - responses_.led_share(y, x));
     const float model = square(kLedModelError) + square(shadow);
     const float variance = noise + model * square(expected) + square(kStrayError * open);
@@ -116,7 +120,7 @@ class Weigher {
     const float s = mean(burst_.front.parallel(y, x) - cross);
     const float single = amplitude(fit) * responses_.front_single(y, x);
     const float expected = float(fit.intensity) * gain;
-    const float noise = 2 * burst_.noise.variance(mean(cross) + 0.5f * expected) / 3;
+    const float noise = 2 * burst_.noise.variance(mean(cross) + 0.5f * expected, front_scale_) / 3;
     const float model =
         square(kFrontModelError) + square(kNormalError * responses_.front_slope(y, x));
     return {(s - single) / gain,
@@ -133,6 +137,7 @@ class Weigher {
   const Burst& burst_;
   const Responses& responses_;
   const std::vector<RegionFit>& fits_;
+  float led_scale_, front_scale_;
 };
 
 }  // namespace

@@ -16,6 +16,7 @@ constexpr int kRounds = 4;                   // of c against mixture and amplitu
 constexpr float kModelError = 0.1f;          // of the lobe itself: keeps the peak from ruling
 constexpr float kConeCosine = 0.70710678f;   // 45 degrees, as in the paper
 constexpr int kEnoughInCone = 200;           // samples that make a lobe of their own
+constexpr double kBorrowedSpread = 0.2;      // relative: how regions differ from the whole face
 constexpr double kBorrowed = 30;             // samples' worth of the whole face in every region
 constexpr double kTypicalWidth = 0.3;        // of a forehead
 
@@ -158,7 +159,18 @@ void set_deviations(const Blocks& blocks, const Equations& face, RegionFit* fit)
   }
 }
 
+// What a region has from the others may not be its own.
+void widen_borrowed(RegionFit* fit) {
+  const auto widen = [](double value, double* stddev) {
+    *stddev = std::max(*stddev, kBorrowedSpread * std::abs(value));
+  };
+  for (size_t i = 0; i < fit->lobe.p.size(); ++i) widen(fit->lobe.p[i], &fit->lobe.p_stddev[i]);
+  widen(fit->lobe.gaussian_m, &fit->lobe.gaussian_m_stddev);
+  for (size_t c = 0; c < 3; ++c) widen(fit->single.amplitude[c], &fit->single.amplitude_stddev[c]);
+}
+
 void set_reasons(const Equations& own, bool found, RegionFit* fit) {
+  if (own.in_cone < kEnoughInCone) widen_borrowed(fit);
   fit->lobe.fitted = found;
   if (!found) {
     fit->lobe.why = "no surface reflection in FRONT: a typical lobe stands in";

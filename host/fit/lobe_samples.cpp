@@ -13,7 +13,8 @@ namespace {
 constexpr double kNarrowest = 0.1, kRatio = 1.22;
 constexpr float kMinCosine = 0.4f;    // towards light and camera: no model is good near grazing
 constexpr float kMinVisible = 0.85f;  // share of the LEDs' light: little is left to interreflection
-constexpr int kBlockPx = 48;          // tiles of the jackknife, wider than normals are correlated
+constexpr int kBlockPx =
+    16;  // tiles of the jackknife: wider than errors of the normals are correlated
 
 struct Sampler {
   const Burst& burst;
@@ -23,6 +24,7 @@ struct Sampler {
   const SamplingPlan& plan;
   LedField field;
   std::vector<MixtureTable> mixtures;
+  float front_scale, full_scale;
 
   bool usable(int y, int x) const {
     if (burst.clipped_led(y, x) || burst.clipped_projector(y, x)) return false;
@@ -46,7 +48,8 @@ struct Sampler {
         kPi * radiance * n_l * model::single_scattering(skin.transmittance, skin.g, n, l, v);
     const Vec3 cross = burst.front.cross(y, x);
     s->front = burst.front.parallel(y, x) - cross;
-    for (int c = 0; c < 3; ++c) s->front_variance[c] = 2 * burst.noise.variance(cross[c]);
+    for (int c = 0; c < 3; ++c)
+      s->front_variance[c] = 2 * burst.noise.variance(cross[c], front_scale);
     s->diffuse_reflectance = cross * (2.f / (n_l * radiance));
   }
 
@@ -70,7 +73,7 @@ struct Sampler {
     }
     const Vec3 cross = burst.full.cross(y, x);
     s->full = burst.full.parallel(y, x) - cross;
-    s->full_variance = 2 * burst.noise.variance(mean(cross)) / 3;
+    s->full_variance = 2 * burst.noise.variance(mean(cross), full_scale) / 3;
     return true;
   }
 
@@ -112,6 +115,11 @@ struct Sampler {
 
 }  // namespace
 
+float radiance_scale(const Session& session, Role role) {
+  const Frame* frame = session.find("left", role, 0, Analyser::kCross);
+  return frame ? mean(frame->radiance_scale) : 1.f;
+}
+
 std::array<double, kWidths> mixture_widths() {
   std::array<double, kWidths> widths;
   for (size_t i = 0; i < kWidths; ++i) widths[i] = kNarrowest * std::pow(kRatio, double(i));
@@ -146,8 +154,16 @@ std::vector<LobeSample> collect_samples(const Burst& burst, const Geometry& geom
     if (label > 0 && size_t(label) <= share.size()) share[size_t(label - 1)] += 1;
   }
   for (double& s : share) s = s > 0 ? std::min(1.0, plan.per_region / s) : 0.0;
-  Sampler sampler{
-      burst, geometry, normals, visibility, plan, LedField(burst.session->stage, visibility), {}};
+  const Session& session = *burst.session;
+  Sampler sampler{burst,
+                  geometry,
+                  normals,
+                  visibility,
+                  plan,
+                  LedField(session.stage, visibility),
+                  {},
+                  radiance_scale(session, Role::kFront),
+                  radiance_scale(session, Role::kGradientFull)};
   for (const SamplingSkin& skin : plan.skins) sampler.mixtures.emplace_back(skin.normal_sigma_rad);
   const int cell_rows = (burst.regions.rows - 1) / LightVisibility::kStep + 1;
   std::vector<std::vector<LobeSample>> rows(static_cast<size_t>(cell_rows));

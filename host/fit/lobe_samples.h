@@ -57,6 +57,9 @@ struct LobeSample {
 
 inline constexpr int kBlocks = 8;
 
+// radiance_scale of a left frame, mean of the channels: the noise model is in stored units.
+float radiance_scale(const Session& session, Role role);
+
 // At most about `plan.per_region` of every region, spread evenly. Chosen by geometry, shadow and
 // clipping alone, never by brightness.
 std::vector<LobeSample> collect_samples(const Burst& burst, const Geometry& geometry,
