@@ -254,8 +254,10 @@ bool link_answer(struct dialogue* dialogue, const uint8_t* message, size_t lengt
 }
 
 bool link_tell_news(struct dialogue* dialogue) {
-  if (!dialogue->greeted || !dialogue->session->has_news) return true;
-  dialogue->session->has_news = false;
-  return dialogue->session->state == lamella_v1_RigState_FAULT ? send_status(dialogue, 0)
-                                                               : send_done(dialogue, 0);
+  struct session* session = dialogue->session;
+  const bool news = session->has_news, progress = session->has_progress;
+  if (!dialogue->greeted || (!news && !progress)) return true;
+  session->has_news = session->has_progress = false;
+  const bool over = news && session->state == lamella_v1_RigState_IDLE;
+  return over ? send_done(dialogue, 0) : send_status(dialogue, 0);
 }

@@ -25,7 +25,7 @@ struct dialogue {
 // Answers one message as it came. False where the connection is to be closed.
 bool link_answer(struct dialogue* dialogue, const uint8_t* message, size_t length);
 
-// Tells the host what happened since it was last told: the end of a burst, or a fault.
+// Tells the host what happened since it was last told: a photograph more, a burst's end, a fault.
 bool link_tell_news(struct dialogue* dialogue);
 
 bool link_refuse(struct dialogue* dialogue, uint32_t request_id, lamella_v1_Refusal_Code code,

@@ -155,6 +155,7 @@ static bool collect(struct session* session) {
     return fail(session, "the store is full: raise store.capacity_bytes in the rig file");
   }
   session->collected++;
+  session->has_progress = true;
   return true;
 }
 
@@ -204,7 +205,7 @@ enum lam_status session_abort(struct session* session) {
   }
   store_clear(session->store);
   session->playing = false;
-  session->has_news = false;
+  session->has_news = session->has_progress = false;
   session->fault[0] = '\0';
   return go(session, STATE(IDLE));
 }

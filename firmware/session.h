@@ -31,7 +31,8 @@ struct session {
   struct timeline timeline;
   struct player player;
   lamella_v1_BurstDone done;
-  bool has_news;  // BurstDone or FAULT that no host was told yet
+  bool has_news;      // BurstDone or FAULT that no host was told yet
+  bool has_progress;  // a photograph more that no host was told of yet
 };
 
 void session_init(struct session* session, const struct rig* rig, struct hal* hal,

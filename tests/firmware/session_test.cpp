@@ -202,7 +202,9 @@ TEST(Session, OnTheRealClockRecordsWhatReallyHappened) {
   const std::chrono::duration<double, std::micro> took = std::chrono::steady_clock::now() - begin;
   const struct player& player = bench.session.player;
   const edge& last = bench.session.timeline.edges[bench.session.timeline.count - 1];
-  if (player_is_done(&player)) EXPECT_GT(took.count(), last.t_us);
+  if (player_is_done(&player)) {
+    EXPECT_GT(took.count(), last.t_us);
+  }
   size_t late = 0;
   for (size_t i = 0; i < bench.session.timeline.count; i++) {
     const edge& e = bench.session.timeline.edges[i];

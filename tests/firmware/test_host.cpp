@@ -116,7 +116,11 @@ uint64_t TestHost::run_burst() {
   const lamella_v1_Reply accepted = ask(request_of(lamella_v1_Request_burst_tag));
   EXPECT_EQ(accepted.which_body, lamella_v1_Reply_accepted_tag);
   lamella_v1_Reply done = lamella_v1_Reply_init_zero;
-  EXPECT_TRUE(receive(&done));
+  uint32_t held = 0;
+  while (receive(&done) && done.which_body == lamella_v1_Reply_status_tag) {
+    EXPECT_EQ(done.body.status.frames_held, ++held);
+  }
+  EXPECT_EQ(held, 40u);
   EXPECT_EQ(done.which_body, lamella_v1_Reply_done_tag);
   EXPECT_EQ(done.request_id, 0u);
   return accepted.body.accepted.burst_id;
