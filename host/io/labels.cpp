@@ -25,8 +25,13 @@ void require_whole_png(const std::string& bytes, const fs::path& file) {
     for (size_t i = 0; i < 4; ++i) value = value << 8 | uint8_t(bytes[at + i]);
     return value;
   };
-  if (side(16) > uint32_t(kMaxImageSide) || side(20) > uint32_t(kMaxImageSide)) {
-    throw_bad_input(file.string(), "more than 32768 pixels a side");
+  const uint64_t width = side(16), height = side(20);
+  if (width * height > uint64_t(kMaxImagePixels)) {
+    throw_bad_input(file.string(), "more than 134 million pixels");
+  }
+  constexpr char kDepth = 8, kGrey = 0;
+  if (bytes[24] != kDepth || bytes[25] != kGrey) {
+    throw_bad_input(file.string(), "not an 8-bit grey label image");
   }
 }
 

@@ -85,6 +85,21 @@ FakeRig::~FakeRig() {
   close(listener_);
 }
 
+void FakeRig::add(FakePhotograph photograph) {
+  const std::lock_guard lock(mutex_);
+  photographs_.push_back(std::move(photograph));
+}
+
+void FakeRig::set_calibration(std::string json) {
+  const std::lock_guard lock(mutex_);
+  calibration_ = std::move(json);
+}
+
+void FakeRig::add_edge(const v1::TimedEdge& edge) {
+  const std::lock_guard lock(mutex_);
+  edges_.push_back(edge);
+}
+
 std::set<uint32_t> FakeRig::acknowledged() const {
   const std::lock_guard lock(mutex_);
   return acknowledged_;
@@ -106,6 +121,7 @@ void FakeRig::converse(Socket socket, int fd) {
   v1::Request request;
   while (socket.is_open()) {
     if (socket.receive(&request, deadline_in(kPatience_s))) return;
+    const std::lock_guard lock(mutex_);
     answer(request, &socket, fd);
   }
 }
@@ -226,10 +242,7 @@ void FakeRig::answer_timing(const v1::Request& request, Socket* socket) {
 }
 
 void FakeRig::answer_ack(const v1::Request& request, Socket* socket) {
-  {
-    const std::lock_guard lock(mutex_);
-    acknowledged_.insert(request.ack().frame_id());
-  }
+  acknowledged_.insert(request.ack().frame_id());
   v1::Reply reply;
   reply.mutable_acknowledged()->set_frame_id(request.ack().frame_id());
   say(request, reply, socket);

@@ -43,9 +43,9 @@ class FakeRig {
 
   std::string address() const { return "127.0.0.1:" + std::to_string(port_); }
 
-  void add(FakePhotograph photograph) { photographs_.push_back(std::move(photograph)); }
-  void set_calibration(std::string json) { calibration_ = std::move(json); }
-  void add_edge(const v1::TimedEdge& edge) { edges_.push_back(edge); }
+  void add(FakePhotograph photograph);
+  void set_calibration(std::string json);
+  void add_edge(const v1::TimedEdge& edge);
 
   int connections() const { return connections_; }
   std::set<uint32_t> acknowledged() const;
@@ -69,7 +69,7 @@ class FakeRig {
   int port_ = 0;
   std::atomic<int> connections_{0};
   std::atomic<bool> stopping_{false};
-  mutable std::mutex mutex_;
+  mutable std::mutex mutex_;  // held while a request is answered, and by whoever loads the rig
   std::set<uint32_t> acknowledged_;
   std::thread thread_;
 };

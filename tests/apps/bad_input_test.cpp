@@ -1,0 +1,251 @@
+// Bad input gets one line that names the file and the field, the right exit code, and leaves
+// nothing behind: neither an output nor a part of one.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <functional>
+#include <nlohmann/json.hpp>
+
+#include "apps/run_lamella.h"
+#include "io/fake_rig.h"
+#include "io/fake_session.h"
+#include "io/labels.h"
+#include "io/whole_file.h"
+
+namespace lamella {
+namespace {
+
+using nlohmann::json;
+using testing::Outcome;
+using testing::run_lamella;
+
+struct Spoilt {
+  const char* name;                            // of the test
+  std::function<void(const fs::path&)> spoil;  // the session folder
+  std::vector<std::string> named;              // what the one line must name
+};
+
+void edit(const fs::path& session, const std::function<void(json*)>& change) {
+  json manifest = json::parse(read_text(session / "session.json"));
+  change(&manifest);
+  std::ofstream(session / "session.json") << manifest.dump(1);
+}
+
+// A case that changes the manifest alone.
+Spoilt manifest_case(const char* name, const std::function<void(json*)>& change,
+                     std::vector<std::string> named) {
+  named.push_back("session.json");
+  return {name, [change](const fs::path& session) { edit(session, change); }, named};
+}
+
+json& camera(json* m, int i) { return (*m)["rig"]["cameras"][size_t(i)]; }
+json& frame(json* m, int i) { return (*m)["frames"][size_t(i)]; }
+
+std::vector<Spoilt> spoilt_photographs() {
+  const fs::path victim = "frames/left/15_front_cross.exr";
+  return {
+      {"TruncatedExr",
+       [=](const fs::path& s) { fs::resize_file(s / victim, fs::file_size(s / victim) / 2); },
+       {victim.string()}},
+      {"EmptyExr", [=](const fs::path& s) { fs::resize_file(s / victim, 0); }, {victim.string()}},
+      {"FrameOfAnotherSize",
+       [=](const fs::path& s) { write_exr_rgb(s / victim, Image3(32, 23, Vec3(0, 0, 0))); },
+       {victim.string(), "23x32", "24x32"}},
+      {"NanPixels",
+       [=](const fs::path& s) {
+         Image3 image(32, 24, Vec3(0, 0, 0));
+         image(20, 3) = Vec3(1, kNaN, 1);
+         write_exr_rgb(s / victim, image);
+       },
+       {victim.string(), "pixel (3, 20)"}},
+      {"InfinitePixels",
+       [=](const fs::path& s) {
+         write_exr_rgb(s / victim, Image3(32, 24, Vec3(1e30f * 1e30f, 0, 0)));
+       },
+       {victim.string(), "pixel (0, 0)"}},
+      {"MissingChannel",
+       [=](const fs::path& s) {
+         write_exr(s / victim, {{"R", Image1(32, 24, 0.f)}, {"G", Image1(32, 24, 0.f)}});
+       },
+       {victim.string(), "channel B"}},
+      {"MissingFile", [=](const fs::path& s) { fs::remove(s / victim); }, {victim.string()}},
+      {"EmptyRegion",
+       [](const fs::path& s) { write_labels(s / "regions.png", Labels(32, 24, uchar(1))); },
+       {"regions.png", "lips"}},
+      {"LabelWithoutAName",
+       [](const fs::path& s) { write_labels(s / "regions.png", Labels(32, 24, uchar(7))); },
+       {"regions.png", "label 7"}},
+      {"TruncatedLabels",
+       [](const fs::path& s) { fs::resize_file(s / "regions.png", 60); },
+       {"regions.png"}},
+      {"ManifestThatIsNotJson",
+       [](const fs::path& s) { std::ofstream(s / "session.json") << "twenty photographs\n"; },
+       {"session.json", "not JSON"}},
+      {"ManifestCutShort",
+       [](const fs::path& s) { fs::resize_file(s / "session.json", 700); },
+       {"session.json", "not JSON"}},
+      {"NoManifest", [](const fs::path& s) { fs::remove(s / "session.json"); }, {"session.json"}},
+  };
+}
+
+std::vector<Spoilt> spoilt_manifests() {
+  return {
+      manifest_case("MissingRole", [](json* m) { (*m)["frames"].erase(17); },
+                    {"frames", "STRIPES 1"}),
+      manifest_case("DuplicateRole", [](json* m) { frame(m, 17)["index"] = 0; },
+                    {"frames[17].role"}),
+      manifest_case("WrongType", [](json* m) { frame(m, 3)["exposure_us"] = "long"; },
+                    {"frames[3].exposure_us", "\"long\""}),
+      manifest_case("WrongTypeOfAList", [](json* m) { camera(m, 0)["rotation"] = 1; },
+                    {"rig.cameras[0].rotation"}),
+      manifest_case("UnknownRole", [](json* m) { frame(m, 3)["role"] = "SPARKLES"; },
+                    {"frames[3].role", "SPARKLES"}),
+      manifest_case("MissingField", [](json* m) { camera(m, 0).erase("fx"); },
+                    {"rig.cameras[0].fx"}),
+      manifest_case("NotFinite", [](json* m) { camera(m, 1)["cx"] = "Infinity"; },
+                    {"rig.cameras[1].cx"}),
+      manifest_case("OutsideTheSession", [](json* m) { frame(m, 2)["file"] = "../../etc/passwd"; },
+                    {"frames[2].file", "../../etc/passwd"}),
+      manifest_case("AbsurdSize", [](json* m) { camera(m, 0)["width"] = 1000000000; },
+                    {"rig.cameras[0].width"}),
+      manifest_case("OtherFormat", [](json* m) { (*m)["format"] = "lamella.session.v9"; },
+                    {"format", "lamella.session.v9"}),
+      manifest_case("NoProjector", [](json* m) { (*m)["rig"].erase("projector"); },
+                    {"rig.projector"}),
+  };
+}
+
+std::vector<Spoilt> all_spoilt() {
+  std::vector<Spoilt> all = spoilt_photographs();
+  for (const Spoilt& s : spoilt_manifests()) all.push_back(s);
+  return all;
+}
+
+// Reads the same everywhere: one line, and nothing new on the disk.
+void expect_refusal(const Outcome& outcome, int exit_code, const std::vector<std::string>& named) {
+  EXPECT_EQ(outcome.exit_code, exit_code) << outcome.err;
+  const std::vector<std::string> lines = outcome.complaints();
+  ASSERT_EQ(lines.size(), 1u) << outcome.err;
+  for (const std::string& part : named) {
+    EXPECT_NE(lines[0].find(part), std::string::npos) << lines[0] << "\ndoes not name " << part;
+  }
+}
+
+class SpoiltSession : public ::testing::TestWithParam<Spoilt> {};
+
+TEST_P(SpoiltSession, IsRefusedInOneLineAndLeavesNothing) {
+  const testing::ScratchFolder scratch;
+  const fs::path session = scratch.path() / "session", out = scratch.path() / "out";
+  testing::write_fake_session(session);
+  GetParam().spoil(session);
+  const std::set<std::string> before = scratch.contents();
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{"fit", session.string()},
+        std::vector<std::string>{"fit", session.string(), "--out", out.string()},
+        std::vector<std::string>{"check", session.string()},
+        std::vector<std::string>{"check", session.string(), "--json"}}) {
+    SCOPED_TRACE(arguments[0] + " " + arguments.back());
+    expect_refusal(run_lamella(arguments), 2, GetParam().named);
+    EXPECT_EQ(scratch.contents(), before);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(BadInput, SpoiltSession, ::testing::ValuesIn(all_spoilt()),
+                         [](const auto& info) { return info.param.name; });
+
+class Command : public ::testing::Test {
+ protected:
+  // Runs a command that must be refused, and looks that nothing new lies about.
+  void refused(const std::vector<std::string>& arguments, int exit_code,
+               const std::vector<std::string>& named) {
+    const std::set<std::string> before = scratch_.contents();
+    expect_refusal(run_lamella(arguments), exit_code, named);
+    EXPECT_EQ(scratch_.contents(), before);
+  }
+
+  fs::path at(const std::string& name) const { return scratch_.path() / name; }
+  std::string in(const std::string& name) const { return at(name).string(); }
+
+  testing::ScratchFolder scratch_;
+};
+
+TEST_F(Command, WarnsOfAnUnknownFieldAndGoesOn) {
+  testing::write_fake_session(at("session"));
+  edit(at("session"), [](json* m) { (*m)["mood"] = "calm"; });
+  const Outcome outcome = run_lamella({"check", in("session")});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("mood"), std::string::npos);
+}
+
+TEST_F(Command, RefusesASessionThatIsNotThere) {
+  for (const char* command : {"fit", "check"}) refused({command, in("none")}, 2, {in("none")});
+  refused({"export", in("none"), "--out", in("face.glb")}, 2, {in("none")});
+  refused({"render", in("none"), "--view", in("v.json"), "--out", in("i.exr")}, 2, {in("none")});
+}
+
+TEST_F(Command, RefusesToExportOrRenderWhatWasNeverFitted) {
+  testing::write_fake_session(at("session"));
+  std::ofstream(at("v.json")) << "{}";
+  refused({"export", in("session"), "--out", in("face.glb")}, 2, {"session/fit"});
+  refused({"render", in("session"), "--view", in("v.json"), "--out", in("i.exr")}, 2, {"session"});
+}
+
+TEST_F(Command, RefusesAMapThatIsCut) {
+  testing::write_fake_session(at("session"));
+  write_exr_xyz(at("session/fit/position.exr"), Image3(32, 24, Vec3(1, 2, 3)));
+  fs::resize_file(at("session/fit/position.exr"), 300);
+  refused({"export", in("session"), "--out", in("face.glb")}, 2, {"position.exr"});
+}
+
+TEST_F(Command, NeverReplacesAFolderThatIsNoFit) {
+  testing::write_fake_session(at("session"));
+  fs::create_directory(at("letters"));
+  std::ofstream(at("letters/dear.txt")) << "dear";
+  const Outcome outcome = run_lamella({"fit", in("session"), "--out", in("letters")});
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_TRUE(fs::exists(at("letters/dear.txt")));
+}
+
+TEST_F(Command, SaysThatNoRigAnswers) {
+  std::string address;
+  { address = testing::FakeRig().address(); }
+  refused({"capture", "--rig", address, "--out", in("s")}, 3, {address, "no rig answers"});
+}
+
+TEST_F(Command, RefusesAnAddressThatIsNone) {
+  refused({"capture", "--rig", "rig", "--out", in("s")}, 2, {"--rig"});
+}
+
+TEST_F(Command, NamesFrameAndByteOfALinkCutInTheMiddleOfAFrame) {
+  testing::FakeRigFaults faults;
+  faults.cut_frame = 7;
+  faults.cut_at_byte = 1500;
+  faults.cut_times = 1000;
+  testing::FakeRig rig(faults);
+  testing::load_burst(&rig, testing::kFakeSize);
+  refused({"capture", "--rig", rig.address(), "--out", in("deep/s")}, 3,
+          {"frame 7 (left GRADIENT_Z CROSS)", "byte 1500 of 3456"});
+  EXPECT_TRUE(rig.acknowledged().empty());
+}
+
+TEST_F(Command, NamesBothProtocolVersions) {
+  testing::FakeRigFaults faults;
+  faults.protocol_version = 9;
+  testing::FakeRig rig(faults);
+  refused({"capture", "--rig", rig.address(), "--out", in("s")}, 3, {"version 9"});
+}
+
+TEST_F(Command, CapturesWholeAndLetsTheRigForgetOnlyThen) {
+  testing::FakeRig rig;
+  testing::load_burst(&rig, testing::kFakeSize);
+  const Outcome outcome =
+      run_lamella({"capture", "--rig", rig.address(), "--out", in("s"), "--json"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(json::parse(outcome.out)["frames"], 40);
+  EXPECT_EQ(rig.acknowledged().size(), 40u);
+  EXPECT_TRUE(fs::exists(at("s/session.json")));
+  EXPECT_TRUE(fs::exists(at("s/timing.json")));
+}
+
+}  // namespace
+}  // namespace lamella

@@ -1,0 +1,60 @@
+#include "apps/run_lamella.h"
+
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+
+namespace lamella::testing {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string text_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+[[noreturn]] void become(std::vector<char*> arguments, const fs::path& folder) {
+  const int out = open((folder / "out").c_str(), O_WRONLY | O_CREAT, 0600);
+  const int err = open((folder / "err").c_str(), O_WRONLY | O_CREAT, 0600);
+  dup2(out, 1);
+  dup2(err, 2);
+  execv(arguments[0], arguments.data());
+  _exit(127);
+}
+
+}  // namespace
+
+std::vector<std::string> Outcome::complaints() const {
+  std::vector<std::string> lines;
+  std::istringstream in(err);
+  for (std::string line; std::getline(in, line);) {
+    if (line.find("warning") == std::string::npos) lines.push_back(line);
+  }
+  return lines;
+}
+
+Outcome run_lamella(const std::vector<std::string>& arguments) {
+  std::string name = (fs::temp_directory_path() / "lamella-run-XXXXXX").string();
+  if (!mkdtemp(name.data())) return {};
+  std::vector<char*> pointers{const_cast<char*>(LAMELLA_BINARY)};
+  for (const std::string& a : arguments) pointers.push_back(const_cast<char*>(a.c_str()));
+  pointers.push_back(nullptr);
+  const pid_t child = fork();
+  if (child == 0) become(pointers, name);
+  int status = 0;
+  waitpid(child, &status, 0);
+  Outcome outcome{WIFEXITED(status) ? WEXITSTATUS(status) : -1, text_of(fs::path(name) / "out"),
+                  text_of(fs::path(name) / "err")};
+  fs::remove_all(name);
+  return outcome;
+}
+
+}  // namespace lamella::testing

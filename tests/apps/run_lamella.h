@@ -1,0 +1,20 @@
+// The program itself, run as a user runs it.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace lamella::testing {
+
+struct Outcome {
+  int exit_code = -1;    // -1: ended by a signal
+  std::string out, err;  // standard output and error
+
+  // Lines of standard error that are not warnings.
+  std::vector<std::string> complaints() const;
+};
+
+// Runs `lamella` with these arguments, in a working directory that it may write to.
+Outcome run_lamella(const std::vector<std::string>& arguments);
+
+}  // namespace lamella::testing
