@@ -286,17 +286,17 @@ void require_named(const Session& session, const fs::path& file, const Labels& l
   std::array<int, 256> count{};
   for (const uchar label : labels) ++count[label];
   const size_t named = session.region_names.size();
-  for (size_t label = 1; label < count.size(); ++label) {
-    if (label >= named && count[label] > 0) {
-      throw_bad_input(file.string(), "label " + std::to_string(label) + " has no name",
-                      "name it in session.json: regions.names");
-    }
-    if (label < named && count[label] == 0) {
-      throw_bad_input(file.string(),
-                      "region \"" + session.region_names[label] + "\" (regions.names[" +
-                          std::to_string(label) + "]) is empty",
-                      "remove its name or paint it");
-    }
+  for (size_t label = std::max<size_t>(named, 1); label < count.size(); ++label) {
+    if (count[label] == 0) continue;
+    throw_bad_input(file.string(), "label " + std::to_string(label) + " has no name",
+                    "name it in session.json: regions.names");
+  }
+  for (size_t label = 1; label < named; ++label) {
+    if (count[label] > 0) continue;
+    throw_bad_input(file.string(),
+                    "region \"" + session.region_names[label] + "\" (regions.names[" +
+                        std::to_string(label) + "]) is empty",
+                    "remove its name or paint it");
   }
 }
 

@@ -14,14 +14,14 @@ struct Light {
   Kind kind = Kind::kPoint;
   Vec3 position_mm{0, 0, 0};         // kPoint
   Vec3 radiance_at_origin{1, 1, 1};  // of a white surface at the origin that faces the light
-  std::vector<float> weights;        // kLeds
-  fs::path file;                     // kEnvironment; relative to the view file
+  std::vector<float> weights{};       // kLeds
+  fs::path file{};                   // kEnvironment; relative to the view file
 };
 
 struct View {
   Camera camera;
   std::vector<Light> lights;
-  std::vector<std::string> warnings;  // unknown fields, one line each
+  std::vector<std::string> warnings{};  // unknown fields, one line each
 };
 
 // Throws Error that names the file and the field. `led_count` is what `weights` must have.
