@@ -1,10 +1,120 @@
+// lamella compare A B: two images, or a fit against the truth.
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <memory>
+
 #include "apps/commands.h"
+#include "apps/compare_folders.h"
+#include "apps/compare_images.h"
 #include "base/error.h"
 
 namespace lamella::apps {
 
-void add_compare(CLI::App& app, int*) {
-  app.add_subcommand("compare")->callback([] { throw_bad_input("compare", "not in this build"); });
+namespace {
+
+struct CompareArguments {
+  std::string found, truth, mask;
+  std::vector<std::string> requirements;
+  bool json = false;
+};
+
+// "summary.p_L1_mean<=0.1"
+struct Requirement {
+  std::string figure;
+  double limit;
+};
+
+Requirement requirement_from(const std::string& text) {
+  const size_t at = text.find("<=");
+  char* end = nullptr;
+  const double limit = at == std::string::npos ? 0 : std::strtod(text.c_str() + at + 2, &end);
+  if (!end || *end || end == text.c_str() + at + 2) {
+    throw_bad_input("--require", "\"" + text + "\" is not FIGURE<=VALUE",
+                    "for example views.point_side.rel_rmse<=0.15");
+  }
+  return {text.substr(0, at), limit};
+}
+
+// The figure at a dotted path; list elements by number, from 0.
+double figure_at(const Json& figures, const std::string& name) {
+  std::string path = "/" + name;
+  std::replace(path.begin(), path.end(), '.', '/');
+  const Json::json_pointer pointer(path);
+  if (!figures.contains(pointer)) {
+    throw_bad_input("--require", "no figure " + name, "see the names in --json");
+  }
+  return figures[pointer].is_number() ? figures[pointer].get<double>() : double(kNaN);
+}
+
+Json compare_pictures(const CompareArguments& arguments) {
+  const Image3 found = read_exr_rgb(arguments.found), truth = read_exr_rgb(arguments.truth);
+  if (found.size() != truth.size()) {
+    throw_bad_input(arguments.found, fmt::format("is {}x{}, {} is {}x{}", found.cols, found.rows,
+                                                 arguments.truth, truth.cols, truth.rows));
+  }
+  Mask mask;
+  if (!arguments.mask.empty()) mask = read_mask(arguments.mask, truth.size());
+  return image_figures(found, truth, mask);
+}
+
+std::string picture_table(const Json& f) {
+  return fmt::format(
+      "relative RMSE {:>9.2f} %\n  at best scale {:>7.2f} %  (times {:.4f})\n"
+      "PSNR {:>18.2f} dB\n",
+      100 * f["rel_rmse"].get<double>(), 100 * f["rel_rmse_best_scale"].get<double>(),
+      f["best_scale"].get<double>(), f["psnr_srgb_db"].get<double>());
+}
+
+// How many requirements are not met; each is told on stderr.
+int broken(const std::vector<Requirement>& requirements, const Json& figures) {
+  int count = 0;
+  for (const Requirement& r : requirements) {
+    const double value = figure_at(figures, r.figure);
+    if (value <= r.limit) continue;
+    fmt::print(stderr, "lamella: {} is {:.6g}, asked for {:.6g} at most\n", r.figure, value,
+               r.limit);
+    ++count;
+  }
+  return count;
+}
+
+int run_compare(const CompareArguments& arguments) {
+  std::vector<Requirement> requirements;
+  for (const std::string& text : arguments.requirements) {
+    requirements.push_back(requirement_from(text));
+  }
+  for (const std::string& path : {arguments.found, arguments.truth}) {
+    if (!fs::exists(path)) throw_bad_input(path, "no such file or folder");
+  }
+  const bool folders = fs::is_directory(arguments.found);
+  if (folders != fs::is_directory(arguments.truth)) {
+    throw_bad_input(arguments.truth, "a folder and a file cannot be compared",
+                    "give two folders or two images");
+  }
+  const Json figures =
+      folders ? compare_folders(arguments.found, arguments.truth) : compare_pictures(arguments);
+  const std::string text = arguments.json ? figures.dump(1) + "\n"
+                           : folders      ? comparison_table(figures)
+                                          : picture_table(figures);
+  fmt::print("{}", text);
+  return broken(requirements, figures) ? 1 : 0;
+}
+
+}  // namespace
+
+void add_compare(CLI::App& app, int* exit_code) {
+  auto arguments = std::make_shared<CompareArguments>();
+  CLI::App* command = app.add_subcommand(
+      "compare", "Recovered against true: two EXR images, or fit/ against truth/.");
+  command->add_option("recovered", arguments->found, "Image or folder of maps")->required();
+  command->add_option("true", arguments->truth, "What it should be")->required();
+  command->add_option("--mask", arguments->mask, "PNG: compare images where it is not 0");
+  command->add_option("--require", arguments->requirements,
+                      "FIGURE<=VALUE; exit 1 where it does not hold (repeatable)");
+  command->add_flag("--json", arguments->json, "Every figure, as JSON");
+  command->callback([arguments, exit_code] { *exit_code = run_compare(*arguments); });
 }
 
 }  // namespace lamella::apps

@@ -1,0 +1,80 @@
+#include "apps/compare_folders.h"
+
+#include <algorithm>
+
+#include "apps/compare_images.h"
+#include "apps/compare_layers.h"
+
+namespace lamella::apps {
+
+namespace {
+
+Mask complement(const Mask& mask) { return ~mask; }
+
+// Errors over the surface that the left camera saw, and over the rest.
+void add_seen(const Image3& found, const Image3& truth, const Mask& subject, const Mask& seen,
+              Json* figures) {
+  const double all = cv::countNonZero(subject);
+  const std::pair<const char*, Mask> parts[] = {{"seen", subject & seen},
+                                                {"unseen", subject & complement(seen)}};
+  for (const auto& [name, part] : parts) {
+    if (cv::countNonZero(part) == 0) continue;
+    (*figures)[std::string("rel_rmse_") + name] = number(relative_rmse(found, truth, part));
+    (*figures)[std::string("share_") + name] = cv::countNonZero(part) / all;
+  }
+}
+
+Json view_figures(const Image3& found, const fs::path& truth_stem) {
+  const Image3 truth = read_exr_rgb(truth_stem.string() + ".exr");
+  const Mask subject = read_mask(truth_stem.string() + "_mask.png", truth.size());
+  const fs::path seen = truth_stem.string() + "_mask_seen.png";
+  Json figures = Json::object();
+  if (fs::exists(seen)) {
+    add_seen(found, truth, subject, read_mask(seen, truth.size()), &figures);
+  }
+  figures.update(image_figures(found, truth, subject));
+  return figures;
+}
+
+// Every picture in truth/views that the fit has rendered too.
+void compare_views(ComparedMaps* maps, Json* figures) {
+  Json& views = (*figures)["views"] = Json::object();
+  const fs::path folder = maps->truth_folder / "views";
+  if (!fs::is_directory(folder)) return;
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.path().extension() == ".exr") files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  for (const fs::path& file : files) {
+    const fs::path mine = maps->found_folder / "views" / file.filename();
+    if (!fs::exists(mine)) continue;
+    const Image3 found = read_exr_rgb(mine);
+    const fs::path stem = folder / file.stem();
+    if (found.size() != read_exr_rgb(file).size()) {
+      maps->problems.push_back("views/" + file.filename().string() + ": wrong size");
+      continue;
+    }
+    views[file.stem().string()] = view_figures(found, stem);
+  }
+}
+
+}  // namespace
+
+Json compare_folders(const fs::path& found, const fs::path& truth) {
+  const v1::Layers layers = read_layers(truth / "layers.json");
+  std::vector<std::string> names;
+  for (const v1::Region& region : layers.regions()) names.push_back(region.name());
+  ComparedMaps maps = open_maps(found, truth, names);
+  Json figures{{"fit", found.string()}, {"truth", truth.string()}, {"problems", Json::array()}};
+  compare_maps(&maps, &figures);
+  for (const char* file : {"regions.png", "model.glb"}) {
+    if (!fs::exists(found / file)) maps.problems.push_back(std::string("missing ") + file);
+  }
+  compare_layers(&maps, layers, &figures);
+  compare_views(&maps, &figures);
+  figures["problems"] = maps.problems;
+  return figures;
+}
+
+}  // namespace lamella::apps

@@ -1,0 +1,110 @@
+#include <fmt/core.h>
+
+#include "apps/compare_folders.h"
+
+namespace lamella::apps {
+
+namespace {
+
+// The number at a path into the figures, times `scale`, or a dash.
+std::string at(const Json& figures, const std::string& pointer, int digits, double scale = 1) {
+  const Json::json_pointer path(pointer);
+  if (!figures.contains(path) || !figures[path].is_number()) return "-";
+  return fmt::format("{:.{}f}", figures[path].get<double>() * scale, digits);
+}
+
+std::string percent(const Json& figures, const std::string& pointer, int digits = 1) {
+  const std::string text = at(figures, pointer, digits, 100);
+  return text == "-" ? text : text + " %";
+}
+
+void geometry_rows(const Json& f, std::string* out) {
+  const auto row = [&](const char* map, const std::string& answered, const std::string& median,
+                       const std::string& worst, const char* unit) {
+    *out += fmt::format("  {:<20}{:>10}{:>10}{:>10}  {}\n", map, answered, median, worst, unit);
+  };
+  *out += fmt::format("  {:<20}{:>10}{:>10}{:>10}\n", "shape", "answered", "median", "95 %");
+  row("position", percent(f, "/answered/position"), at(f, "/position/error_mm/median", 3),
+      at(f, "/position/error_mm/p95", 3), "mm");
+  row("  without worst 1 %", "", at(f, "/position/rms_trimmed99_mm", 3), "", "mm, RMS");
+  row("specular normal", percent(f, "/answered/normal_specular"),
+      at(f, "/normal_specular/deg/median", 2), at(f, "/normal_specular/deg/p95", 2), "degrees");
+  for (const char* c : {"r", "g", "b"}) {
+    const std::string path = std::string("/normal_diffuse/") + c + "/deg/";
+    row((std::string("diffuse normal ") + c).c_str(), percent(f, "/answered/normal_diffuse"),
+        at(f, path + "median", 2), at(f, path + "p95", 2), "degrees");
+  }
+}
+
+void reflectance_rows(const Json& f, std::string* out) {
+  *out += fmt::format("\n  {:<20}{:>10}{:>10}{:>10}{:>10}{:>14}\n", "reflectance", "answered",
+                      "red", "green", "blue", "median ratio");
+  const auto error = [&](const std::string& path) { return percent(f, path + "/rel_rmse"); };
+  *out += fmt::format("  {:<20}{:>10}{:>10}{:>10}{:>10}{:>14}  relative RMSE\n", "specular c",
+                      percent(f, "/answered/specular_intensity"), error("/specular_intensity/all"),
+                      "", "", at(f, "/specular_intensity/all/median_ratio", 3));
+  for (const char* map : {"single_albedo", "shallow_albedo", "deep_albedo", "deep_alpha"}) {
+    const std::string path = std::string("/") + map + "/error/";
+    *out += fmt::format("  {:<20}{:>10}{:>10}{:>10}{:>10}{:>14}  relative RMSE\n", map,
+                        percent(f, std::string("/answered/") + map), error(path + "0"),
+                        error(path + "1"), error(path + "2"), at(f, path + "1/median_ratio", 3));
+  }
+}
+
+void region_rows(const Json& f, std::string* out) {
+  if (!f.contains("regions")) return;
+  *out +=
+      fmt::format("\n  {:<13}{:>15}{:>9}{:>13}{:>13}{:>13}{:>10}{:>22}\n", "region", "lobe m, true",
+                  "p L1", "l_d red, mm", "green", "blue", "c RMSE", "single, error r g b");
+  for (const auto& [name, region] : f["regions"].items()) {
+    const std::string r = "/regions/" + name;
+    const auto pair = [&](const std::string& a, const std::string& b, int digits) {
+      return fmt::format("{} / {}", at(f, a, digits), at(f, b, digits));
+    };
+    std::string single;
+    for (const char* c : {"/0", "/1", "/2"}) {
+      single += fmt::format("{:>7}", percent(f, r + "/single_amplitude_rel_error" + c, 0));
+    }
+    *out += fmt::format(
+        "  {:<13}{:>15}{:>9}{:>13}{:>13}{:>13}{:>10}{:>22}\n", name,
+        pair(r + "/gaussian_m", r + "/gaussian_m_truth", 3), percent(f, r + "/p_L1"),
+        pair(r + "/ld_mm/0", r + "/ld_truth/0", 2), pair(r + "/ld_mm/1", r + "/ld_truth/1", 2),
+        pair(r + "/ld_mm/2", r + "/ld_truth/2", 2),
+        percent(f, "/specular_intensity/per_region/" + name + "/rel_rmse", 0), single);
+  }
+  *out +=
+      fmt::format("  {:<13}{:>15}{:>9}{:>13}{:>13}{:>13}{:>10}{:>22}\n", "mean error",
+                  at(f, "/summary/gaussian_m_mean_abs_error", 3), percent(f, "/summary/p_L1_mean"),
+                  percent(f, "/summary/ld_mean_abs_rel_error"), "", "", "",
+                  percent(f, "/summary/single_amplitude_mean_abs_rel_error"));
+}
+
+void view_rows(const Json& f, std::string* out) {
+  if (!f.contains("views") || f["views"].empty()) return;
+  *out += fmt::format("\n  {:<20}{:>10}{:>10}{:>12}{:>10}\n", "view", "all", "seen", "best scale",
+                      "PSNR");
+  for (const auto& [name, view] : f["views"].items()) {
+    const std::string v = "/views/" + name;
+    *out += fmt::format("  {:<20}{:>10}{:>10}{:>12}{:>10}  relative RMSE, dB\n", name,
+                        percent(f, v + "/rel_rmse"), percent(f, v + "/rel_rmse_seen"),
+                        at(f, v + "/best_scale", 3), at(f, v + "/psnr_srgb_db", 1));
+  }
+}
+
+}  // namespace
+
+std::string comparison_table(const Json& figures) {
+  std::string out = fmt::format(
+      "Recovered {} against true {}, {} labelled pixels\n\n", figures["fit"].get<std::string>(),
+      figures["truth"].get<std::string>(), figures["labelled_pixels"].get<size_t>());
+  geometry_rows(figures, &out);
+  reflectance_rows(figures, &out);
+  region_rows(figures, &out);
+  view_rows(figures, &out);
+  for (const Json& problem : figures["problems"]) {
+    out += fmt::format("\n  ! {}", problem.get<std::string>());
+  }
+  return out + (figures["problems"].empty() ? "" : "\n");
+}
+
+}  // namespace lamella::apps

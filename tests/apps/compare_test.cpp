@@ -1,0 +1,193 @@
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "apps/commands.h"
+#include "apps/compare_folders.h"
+#include "apps/compare_images.h"
+#include "base/error.h"
+#include "io/json.h"
+#include "io/layer_maps.h"
+
+namespace lamella::apps {
+namespace {
+
+class Folder {
+ public:
+  Folder() : path_(fs::temp_directory_path() / ("lamella_compare_" + std::to_string(getpid()))) {
+    fs::create_directories(path_);
+  }
+  ~Folder() { fs::remove_all(path_); }
+  fs::path operator/(const std::string& name) const { return path_ / name; }
+
+ private:
+  fs::path path_;
+};
+
+Image3 noise(int rows, int cols, double low, double high) {
+  Image3 image(rows, cols);
+  cv::randu(image, cv::Scalar::all(low), cv::Scalar::all(high));
+  return image;
+}
+
+LayerMaps some_maps() {
+  LayerMaps maps;
+  maps.position_mm = noise(20, 20, -50, 50);
+  maps.normal_specular = Image3(20, 20, Vec3(0, 0, 1));
+  for (Image3& n : maps.normal_diffuse) n = maps.normal_specular.clone();
+  maps.specular_intensity = Image1(20, 20, 0.25f);
+  maps.specular_intensity(3, 3) = 0.5f;
+  for (auto member :
+       {&LayerMaps::single_albedo, &LayerMaps::total_albedo, &LayerMaps::shallow_albedo,
+        &LayerMaps::deep_albedo, &LayerMaps::deep_alpha, &LayerMaps::deep_ld_mm}) {
+    maps.*member = noise(20, 20, 0.2, 0.8);
+  }
+  maps.regions = Labels(20, 20, uchar(1));
+  return maps;
+}
+
+v1::Layers some_layers() {
+  v1::Layers layers;
+  v1::Region* region = layers.add_regions();
+  region->set_name("skin");
+  region->mutable_specular()->set_gaussian_m(0.3);
+  for (int i = 0; i <= 45; ++i) {
+    region->mutable_specular()->add_theta(i * M_PI / 180);
+    region->mutable_specular()->add_p(std::exp(-i * i / 300.0));
+  }
+  for (double ld : {2.0, 1.0, 0.7}) region->mutable_deep()->add_ld_mm(ld);
+  for (int c = 0; c < 3; ++c) region->mutable_single()->add_amplitude(0.05);
+  return layers;
+}
+
+void write_fit(const fs::path& folder, const LayerMaps& maps, const v1::Layers& layers) {
+  fs::create_directories(folder);
+  write_layer_maps(folder, maps);
+  write_json(folder / "layers.json", layers);
+}
+
+int compare(const std::vector<std::string>& arguments) {
+  CLI::App app;
+  int exit_code = 0;
+  add_compare(app, &exit_code);
+  std::vector<std::string> reversed(arguments.rbegin(), arguments.rend());
+  reversed.push_back("compare");
+  app.parse(reversed);
+  return exit_code;
+}
+
+TEST(Percentile, IsLinearBetweenRanks) {
+  EXPECT_DOUBLE_EQ(percentile({4, 1, 3, 2}, 0.5), 2.5);
+  EXPECT_DOUBLE_EQ(percentile({1, 2, 3, 4, 5}, 0.95), 4.8);
+  EXPECT_TRUE(std::isnan(percentile({}, 0.5)));
+}
+
+TEST(RatioStatistics, TellAScaleFromAnError) {
+  std::vector<double> truth, found;
+  for (int i = 1; i <= 40; ++i) {
+    truth.push_back(i);
+    found.push_back(1.25 * i);
+  }
+  found[3] = kNaN;
+  const Json s = ratio_statistics(found, truth);
+  EXPECT_NEAR(s["rel_rmse"].get<double>(), 0.25, 1e-9);
+  EXPECT_NEAR(s["rel_rmse_best_scale"].get<double>(), 0, 1e-9);
+  EXPECT_NEAR(s["corr"].get<double>(), 1, 1e-9);
+  EXPECT_NEAR(s["median_ratio"].get<double>(), 1.25, 1e-9);
+  EXPECT_TRUE(ratio_statistics({1, 2}, {1, 2}).is_null());
+}
+
+TEST(RankCorrelation, SeesOrderAlone) {
+  EXPECT_NEAR(rank_correlation({1, 2, 3, 4}, {1, 8, 27, 64}), 1, 1e-12);
+  EXPECT_NEAR(rank_correlation({1, 2, 3, 4}, {9, 7, 5, 1}), -1, 1e-12);
+  EXPECT_NEAR(rank_correlation({1, 1, 2, 2}, {3, 3, 5, 5}), 1, 1e-12);
+}
+
+TEST(RigidMotion, IsFoundInSpiteOfOutliers) {
+  const Mat33d turn(0.8, -0.6, 0, 0.6, 0.8, 0, 0, 0, 1);
+  std::vector<Vec3d> from, to;
+  for (int i = 0; i < 300; ++i) {
+    from.emplace_back(std::sin(i) * 50, std::cos(3 * i) * 40, std::sin(7 * i) * 30);
+    to.push_back(turn * from.back() + Vec3d(1, 2, 3));
+    if (i % 20 == 0) to.back() += Vec3d(50, 0, 0);
+  }
+  const RigidMotion motion = robust_rigid_motion(from, to);
+  EXPECT_NEAR(motion.degrees(), 36.87, 0.01);
+  EXPECT_NEAR(motion.shift[1], 2, 1e-6);
+}
+
+TEST(Images, ThatAreEqualHaveNoErrorAndNaNCountsAsBlack) {
+  const Image3 truth = noise(30, 40, 0.1, 2);
+  const Json same = image_figures(truth, truth, Mask());
+  EXPECT_NEAR(same["rel_rmse"].get<double>(), 0, 1e-12);
+  EXPECT_NEAR(same["psnr_srgb_db"].get<double>(), 120, 1e-9);
+  Image3 holed = truth * 0.5;
+  holed(0, 0) = Vec3::all(kNaN);
+  const Json half = image_figures(holed, truth, Mask());
+  EXPECT_NEAR(half["rel_rmse"].get<double>(), 0.5, 0.01);
+  EXPECT_NEAR(half["best_scale"].get<double>(), 2, 0.01);
+  EXPECT_NEAR(half["nonfinite"].get<double>(), 1.0 / 1200, 1e-9);
+}
+
+TEST(Images, AreComparedWhereTheMaskSays) {
+  const Image3 truth = noise(10, 10, 0.5, 1);
+  Image3 found = truth.clone();
+  found(cv::Rect(0, 0, 5, 10)) *= 3;
+  Mask right(10, 10, uchar(0));
+  right(cv::Rect(5, 0, 5, 10)).setTo(255);
+  EXPECT_NEAR(relative_rmse(found, truth, right), 0, 1e-12);
+  EXPECT_GT(relative_rmse(found, truth, Mask()), 0.5);
+}
+
+TEST(Folders, OfTheSameMapsDifferInNothing) {
+  const Folder folder;
+  write_fit(folder / "a", some_maps(), some_layers());
+  const Json f = compare_folders(folder / "a", folder / "a");
+  EXPECT_EQ(f["answered"]["position"], 1.0);
+  EXPECT_EQ(f["position"]["error_mm"]["rms"], 0.0);
+  EXPECT_NEAR(f["deep_albedo"]["error"][2]["rel_rmse"].get<double>(), 0, 1e-9);
+  EXPECT_NEAR(f["summary"]["ld_mean_abs_rel_error"].get<double>(), 0, 1e-9);
+  EXPECT_NEAR(f["regions"]["skin"]["p_L1"].get<double>(), 0, 1e-9);
+  EXPECT_TRUE(f["summary"]["regions_without_a_figure"].empty());
+}
+
+TEST(Folders, ShowWhatIsWrongWhereItIs) {
+  const Folder folder;
+  LayerMaps maps = some_maps();
+  v1::Layers layers = some_layers();
+  write_fit(folder / "true", maps, layers);
+  maps.position_mm += Vec3(0, 0, 0.5f);
+  maps.deep_albedo *= 1.1f;
+  maps.normal_specular = Image3(20, 20, unit(Vec3(0.1f, 0, 1)));
+  maps.shallow_albedo(cv::Rect(0, 0, 20, 5)).setTo(Vec3::all(kNaN));
+  layers.mutable_regions(0)->mutable_deep()->set_ld_mm(0, 2.2);
+  layers.mutable_regions(0)->mutable_specular()->clear_gaussian_m();
+  write_fit(folder / "found", maps, layers);
+  const Json f = compare_folders(folder / "found", folder / "true");
+  EXPECT_NEAR(f["position"]["error_mm"]["median"].get<double>(), 0.5, 1e-4);
+  EXPECT_NEAR(f["position"]["after_rigid_mm"]["rms"].get<double>(), 0, 1e-4);
+  EXPECT_NEAR(f["normal_specular"]["deg"]["median"].get<double>(), 5.711, 0.01);
+  EXPECT_NEAR(f["deep_albedo"]["error"][0]["rel_rmse"].get<double>(), 0.1, 1e-4);
+  EXPECT_NEAR(f["answered"]["shallow_albedo"].get<double>(), 0.75, 1e-9);
+  EXPECT_NEAR(f["regions"]["skin"]["ld_rel_error"][0].get<double>(), 0.1, 1e-9);
+  EXPECT_EQ(f["summary"]["regions_without_a_figure"][0], "skin");
+  const std::string table = comparison_table(f);
+  EXPECT_NE(table.find("2.20 / 2.00"), std::string::npos) << table;
+}
+
+TEST(Compare, ExitsWithOneBelowTheQualityAskedAndThrowsOnBadInput) {
+  const Folder folder;
+  const Image3 truth = noise(12, 12, 0.5, 1);
+  const std::string a = folder / "a.exr", b = folder / "b.exr", small = folder / "small.exr";
+  write_exr_rgb(a, truth * 1.2);
+  write_exr_rgb(b, truth);
+  write_exr_rgb(small, truth(cv::Rect(0, 0, 6, 6)).clone());
+  EXPECT_EQ(compare({a, b, "--require", "rel_rmse<=0.3"}), 0);
+  EXPECT_EQ(compare({a, b, "--require", "rel_rmse<=0.1"}), 1);
+  EXPECT_THROW(compare({a, b, "--require", "rel_rmse=0.1"}), Error);
+  EXPECT_THROW(compare({a, b, "--require", "beauty<=0.1"}), Error);
+  EXPECT_THROW(compare({a, small}), Error);
+  EXPECT_THROW(compare({a, folder / "none.exr"}), Error);
+}
+
+}  // namespace
+}  // namespace lamella::apps
