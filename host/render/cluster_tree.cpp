@@ -24,7 +24,7 @@ float reach_mm(const ExitKernels& kernels) {
   float reach = 0;
   for (int c = 0; c < 3; ++c) {
     if (kernels.kernel[c]) {
-      reach = std::max(reach, kernels.kernel[c]->reach() * kernels.scale_mm[c]);
+      reach = std::max(reach, kernels.kernel[c]->reach() / kernels.per_mm[c]);
     }
   }
   return reach;
@@ -34,7 +34,7 @@ float reach_mm(const ExitKernels& kernels) {
 void add(const ExitKernels& kernels, float r_mm, float area_mm2, const Vec3& flux, Gathered* sum) {
   for (int c = 0; c < 3; ++c) {
     if (!kernels.kernel[c]) continue;
-    const float k = (*kernels.kernel[c])(r_mm, kernels.scale_mm[c]);
+    const float k = (*kernels.kernel[c])(r_mm, kernels.per_mm[c]);
     sum->weight[c] += k * area_mm2;
     sum->light[c] += k * flux[c];
   }

@@ -19,7 +19,7 @@ struct SurfaceSample {
 // How light leaves at one point: a kernel and its scale for each channel.
 struct ExitKernels {
   std::array<const RadialKernel*, 3> kernel{};  // nullptr: light leaves where it enters
-  Vec3 scale_mm{1, 1, 1};                       // kernel(r / scale) / scale^2, per mm^2
+  Vec3 per_mm{1, 1, 1};                         // one over the kernel's length
 
   bool any() const { return kernel[0] || kernel[1] || kernel[2]; }
 };

@@ -59,7 +59,7 @@ RegionKernels::RegionKernels(const Subject& subject) : regions_(subject.region_n
       }
       const auto& shallow = fitted->shallow();
       if (!(shallow.ld_mm(c) > 0 && shallow.alpha(c) > 0)) continue;
-      region.shallow_ld_mm[c] = float(shallow.ld_mm(c));
+      region.shallow_per_mm[c] = float(1 / shallow.ld_mm(c));
       region.shallow[c] = multipole_kernel(
           std::min(shallow.alpha(c), 0.9999),
           (shallow.has_thickness_mm() ? shallow.thickness_mm() : 0.5) / shallow.ld_mm(c));
@@ -72,7 +72,7 @@ ExitKernels RegionKernels::deep(int label, const Vec3& ld_mm) const {
   for (int c = 0; c < 3; ++c) {
     if (!(ld_mm[c] > 0)) continue;
     exit.kernel[c] = regions_[label].deep[c].get();
-    exit.scale_mm[c] = ld_mm[c];
+    exit.per_mm[c] = 1 / ld_mm[c];
   }
   return exit;
 }
@@ -80,7 +80,7 @@ ExitKernels RegionKernels::deep(int label, const Vec3& ld_mm) const {
 ExitKernels RegionKernels::shallow(int label) const {
   ExitKernels exit;
   for (int c = 0; c < 3; ++c) exit.kernel[c] = regions_[label].shallow[c].get();
-  exit.scale_mm = regions_[label].shallow_ld_mm;
+  exit.per_mm = regions_[label].shallow_per_mm;
   return exit;
 }
 

@@ -26,7 +26,7 @@ class RegionKernels {
   using Channels = std::array<std::unique_ptr<RadialKernel>, 3>;
   struct Region {
     Channels deep, shallow;
-    Vec3 shallow_ld_mm{1, 1, 1};
+    Vec3 shallow_per_mm{1, 1, 1};
   };
 
   std::vector<Region> regions_;  // by label

@@ -4,12 +4,6 @@
 
 namespace lamella::render {
 
-namespace {
-
-constexpr int kCells = 1024;
-
-}  // namespace
-
 RadialKernel::RadialKernel(const std::function<double(double)>& profile, double reach)
     : table_(kCells + 2), cells_per_length_(float(kCells / reach)), reach_(float(reach)) {
   const double step = reach / kCells;

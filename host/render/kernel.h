@@ -12,20 +12,21 @@ class RadialKernel {
   // and cut there. Valid only where the integral is positive.
   RadialKernel(const std::function<double(double)>& profile, double reach);
 
-  // Per unit area at distance `r` for a kernel of length `scale`, both mm.
-  float operator()(float r_mm, float scale_mm) const {
-    const float inverse = 1 / scale_mm;
-    const float x = r_mm * inverse * cells_per_length_;
+  // Per unit area at distance `r_mm` for a kernel of length 1 / `per_mm`.
+  float operator()(float r_mm, float per_mm) const {
+    const float x = r_mm * per_mm * cells_per_length_;
+    if (!(x < float(kCells))) return 0;
     const int i = int(x);
-    if (i + 1 >= int(table_.size())) return 0;
     const float t = x - float(i);
-    return (table_[i] + t * (table_[i + 1] - table_[i])) * inverse * inverse;
+    return (table_[i] + t * (table_[i + 1] - table_[i])) * per_mm * per_mm;
   }
 
   float reach() const { return reach_; }
   bool valid() const { return valid_; }
 
  private:
+  static constexpr int kCells = 1024;
+
   std::vector<float> table_;
   float cells_per_length_;
   float reach_;

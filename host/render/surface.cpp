@@ -12,9 +12,18 @@ namespace {
 constexpr float kOpenMm = 15;
 // A sheet is drawn but takes no part in scattering: its ends stand for themselves, not for it.
 constexpr float kSheetEdge = 6;  // in spacings of the vertices
-// A shadow ray is clear of the roughness of its own surface this high above it, or this far along.
-constexpr float kClearMm = 0.2f;
-constexpr float kLongestClearMm = 3;
+// A shadow ray is clear of the noise of its own surface this many times higher than the noise, but
+// no lower than the first of these; at a grazing angle it starts no further along than the second.
+constexpr float kClearNoise = 4;
+constexpr float kLeastClearMm = 0.2f;
+constexpr float kLongestClear = 15;  // in heights
+constexpr int kNoiseReachPixels = 8;
+
+float median(std::vector<float>* values) {
+  const auto middle = values->begin() + long(values->size() / 2);
+  std::nth_element(values->begin(), middle, values->end());
+  return *middle;
+}
 
 // Median distance between horizontal neighbours, mm.
 float pixel_spacing_mm(const Image3& position_mm) {
@@ -25,10 +34,7 @@ float pixel_spacing_mm(const Image3& position_mm) {
       if (is_finite(d)) distances.push_back(length(d));
     }
   }
-  if (distances.empty()) return 1;
-  const auto middle = distances.begin() + long(distances.size() / 2);
-  std::nth_element(distances.begin(), middle, distances.end());
-  return *middle;
+  return distances.empty() ? 1 : median(&distances);
 }
 
 void add_areas(float sheet_edge_mm, Surface* surface) {
@@ -43,16 +49,26 @@ void add_areas(float sheet_edge_mm, Surface* surface) {
 
 }  // namespace
 
+float position_noise_mm(const LayerMaps& maps) {
+  const Image3& x = maps.position_mm;
+  std::vector<float> departures;
+  for (int i = 0; i < x.rows; i += 5) {
+    for (int j = kNoiseReachPixels; j + kNoiseReachPixels < x.cols; j += 5) {
+      const Vec3 bend =
+          (x(i, j - kNoiseReachPixels) + x(i, j + kNoiseReachPixels)) * 0.5f - x(i, j);
+      const float departure = std::abs(dot(bend, maps.normal_specular(i, j)));
+      if (is_finite(departure)) departures.push_back(departure);
+    }
+  }
+  return departures.empty() ? 0 : median(&departures);
+}
+
 Surface build_surface(const LayerMaps& maps, int step) {
   GridMesh mesh = mesh_from_positions(maps.position_mm, step, kOpenMm);
   RayScene rays(mesh.vertices_mm, mesh.triangles);
-  const size_t count = mesh.vertices_mm.size();
-  Surface surface{std::move(mesh),
-                  std::vector<Vec3>(count),
-                  std::vector<float>(count, 0.f),
-                  std::vector<int>(count),
-                  std::vector<Vec3>(count, Vec3(0, 0, 0)),
-                  std::move(rays)};
+  Surface surface(std::move(mesh), std::move(rays));
+  surface.clear_mm = std::max(kLeastClearMm, kClearNoise * position_noise_mm(maps));
+  const size_t count = surface.normal.size();
   add_areas(kSheetEdge * float(step) * pixel_spacing_mm(maps.position_mm), &surface);
   for (size_t i = 0; i < count; ++i) {
     surface.normal[i] = maps.normal_specular(surface.mesh.pixel[i]);
@@ -78,8 +94,8 @@ SurfacePoint trace(const Surface& surface, const Vec3& origin_mm, const Vec3& di
 
 bool shaded(const Surface& surface, const Vec3& position_mm, const Vec3& normal,
             const Vec3& direction, float distance_mm) {
-  const float rise = std::max(kClearMm / kLongestClearMm, dot(normal, direction));
-  return surface.rays.occluded(position_mm, direction, kClearMm / rise, distance_mm);
+  const float rise = std::max(1 / kLongestClear, dot(normal, direction));
+  return surface.rays.occluded(position_mm, direction, surface.clear_mm / rise, distance_mm);
 }
 
 }  // namespace lamella::render

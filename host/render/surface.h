@@ -10,13 +10,26 @@
 namespace lamella::render {
 
 struct Surface {
+  Surface(GridMesh grid, RayScene scene)
+      : mesh(std::move(grid)),
+        normal(mesh.vertices_mm.size()),
+        area_mm2(mesh.vertices_mm.size(), 0.f),
+        region(mesh.vertices_mm.size(), 0),
+        ld_mm(mesh.vertices_mm.size(), Vec3(0, 0, 0)),
+        rays(std::move(scene)) {}
+
   GridMesh mesh;
   std::vector<Vec3> normal;     // shading normal of each vertex, unit
   std::vector<float> area_mm2;  // a third of the triangles around each vertex
   std::vector<int> region;      // label of each vertex, 0 where it has none
   std::vector<Vec3> ld_mm;      // diffuse mean free path at each vertex; empty map: all 0
+  float clear_mm = 0;           // shadow rays start where they are this high above the surface
   RayScene rays;
 };
+
+// What neither shape nor shading explains in a map of positions: the median departure, mm along the
+// normal, of a pixel from the middle of two that are 8 pixels to its left and right.
+float position_noise_mm(const LayerMaps& maps);
 
 // Every `step`-th pixel of the completed maps becomes a vertex; silhouettes are left open.
 Surface build_surface(const LayerMaps& maps, int step);
@@ -39,7 +52,7 @@ Value interpolate(const std::vector<Value>& values, const SurfacePoint& p) {
 }
 
 // Does anything stand between a point of the surface and a light? The ray is tested from where it
-// is clear of the surface's own measured roughness, without moving its start sideways.
+// is clear of the noise of the measured surface, without moving its start sideways.
 bool shaded(const Surface& surface, const Vec3& position_mm, const Vec3& normal,
             const Vec3& direction, float distance_mm);
 

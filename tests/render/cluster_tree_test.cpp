@@ -17,7 +17,8 @@ const RadialKernel& dipole_kernel() {
 }
 
 ExitKernels dipole_exit(const Vec3& ld_mm) {
-  return {{&dipole_kernel(), &dipole_kernel(), &dipole_kernel()}, ld_mm};
+  return {{&dipole_kernel(), &dipole_kernel(), &dipole_kernel()},
+          {1 / ld_mm[0], 1 / ld_mm[1], 1 / ld_mm[2]}};
 }
 
 // A square of samples `step` apart, lit by light(x, y).
@@ -36,10 +37,10 @@ std::vector<SurfaceSample> sheet(int half, float step, const Light& light) {
 TEST(RadialKernel, IntegratesToOneAndKeepsItsShape) {
   double sum = 0;
   for (double r = 0.005; r < 16; r += 0.01)
-    sum += dipole_kernel()(float(r), 2) * 2 * M_PI * r * 0.01;
+    sum += dipole_kernel()(float(r), 0.5f) * 2 * M_PI * r * 0.01;
   EXPECT_NEAR(sum, 1, 1e-3);
   const model::Dipole<double> dipole{0.9, 2};
-  EXPECT_NEAR(dipole_kernel()(1, 2) / dipole_kernel()(4, 2),
+  EXPECT_NEAR(dipole_kernel()(1, 0.5f) / dipole_kernel()(4, 0.5f),
               model::dipole_reflectance(dipole, 1) / model::dipole_reflectance(dipole, 4), 0.02);
 }
 
@@ -84,7 +85,7 @@ TEST(ClusterTree, BlursAnEdgeOfLightAsTheDipoleDoes) {
   const ExitKernels exit = dipole_exit({1, 1, 2});
   for (float x : {0.9f, 2.1f, 4.1f}) {
     for (int c = 1; c < 3; ++c) {
-      const model::Dipole<double> dipole{0.9, exit.scale_mm[c]};
+      const model::Dipole<double> dipole{0.9, 1 / exit.per_mm[c]};
       double lit = 0, all = 0;  // over rings around the point: the share of each that is lit
       for (double r = 0.005; r < 24; r += 0.01) {
         const double ring = model::dipole_reflectance(dipole, r) * r;
