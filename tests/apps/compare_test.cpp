@@ -155,7 +155,7 @@ TEST(Folders, ShowWhatIsWrongWhereItIs) {
   LayerMaps maps = some_maps();
   v1::Layers layers = some_layers();
   write_fit(folder / "true", maps, layers);
-  maps.position_mm += Vec3(0, 0, 0.5f);
+  for (Vec3& x : maps.position_mm) x[2] += 0.5f;
   maps.deep_albedo *= 1.1f;
   maps.normal_specular = Image3(20, 20, unit(Vec3(0.1f, 0, 1)));
   maps.shallow_albedo(cv::Rect(0, 0, 20, 5)).setTo(Vec3::all(kNaN));
