@@ -12,14 +12,15 @@ namespace {
 
 // Lengths are shares of the square root of the face's area, so that they mean the same at every
 // resolution.
-constexpr float kClosing = 0.025f;
-constexpr float kOpening = 0.006f;
-constexpr float kOutlineSigma = 0.008f;
-constexpr float kTearArea = 0.1f;  // pixels of torn edge; smaller ones are single bad pixels
+constexpr float kClosing = 0.045f;  // an eyebrow that no region has
+constexpr float kOpening = 0.015f;
+constexpr float kOutlineSigma = 0.014f;
+constexpr float kTearArea = 0.3f;  // pixels of torn edge; shorter ones are noise or a nostril
 constexpr float kIslandShare = 0.02f;
-constexpr float kHoleShare = 0.01f;
+constexpr float kHoleShare = 0.03f;
 constexpr float kTearSlope = 8.f;     // neighbours this many times further apart than is usual
 constexpr float kGrazingSlope = 4.f;  // seen so obliquely that an outline there frays in depth
+constexpr float kTornReach = 2.f;     // pixels beside a tear that see a little of both sides
 constexpr int kBorderRoom = 12;       // pixels around the face
 constexpr int kBorderSmoothing = 6;   // passes over the outline in space
 
@@ -90,15 +91,15 @@ Mask without_small_holes(const Mask& mask, double largest_px) {
 }
 
 // What closing brings back inside the face, an oblique nose or an eyelid, it does not at the rim.
-// Real tears are cut wide enough that smoothing does not heal them.
-Mask body(const Image3& p, const Mask& known, float scale_px) {
+// Long tears that reach the rim are cut, wide enough that smoothing does not heal them; a cut that
+// the face surrounds would be a hole in it, and is bridged.
+Mask body(const Image3& p, const Mask& known, const Mask& torn, float scale_px) {
   const float usual_mm = usual_spacing_mm(p, known);
-  const Mask torn = steps_over(p, known, kTearSlope * usual_mm);
   const Mask sound = known & ~steps_over(p, known, kGrazingSlope * usual_mm);
   const Mask real_tears = large_parts(torn, kTearArea * scale_px);
-  Mask mask = closed(sound, kClosing * scale_px);
-  mask = without_small_holes(mask, kHoleShare * scale_px * scale_px);
-  return opened(mask & ~grown(real_tears, 1.5f), kOpening * scale_px);
+  const Mask cut = closed(sound, kClosing * scale_px) & ~grown(real_tears, 1.5f);
+  const Mask whole = without_small_holes(cut, kHoleShare * scale_px * scale_px);
+  return opened(whole, kOpening * scale_px);
 }
 
 Image1 signed_distance(const Mask& mask) { return distance_inside(mask) - distance_inside(~mask); }
@@ -120,7 +121,8 @@ FaceOutline outline_face(const Image3& position_mm, const Mask& known) {
   position_mm(inner).copyTo(p(place));
   known(inner).copyTo(k(place));
 
-  Mask mask = body(p, k, scale_px);
+  const Mask torn = steps_over(p, k, kTearSlope * usual_spacing_mm(p, k));
+  Mask mask = body(p, k, torn, scale_px);
   mask = large_parts(mask, kIslandShare * area);
   Image1 soft;
   mask.convertTo(soft, CV_32F, 1.0 / 255);
@@ -138,6 +140,7 @@ FaceOutline outline_face(const Image3& position_mm, const Mask& known) {
   FaceOutline outline;
   outline.box = part + box.tl();
   outline.inside_px = distance(part).clone();
+  outline.torn = grown(torn, kTornReach)(part).clone();
   return outline;
 }
 

@@ -11,6 +11,7 @@ namespace lamella {
 struct FaceOutline {
   cv::Rect box;      // in map pixels
   Image1 inside_px;  // of the box: distance to the outline, pixels, positive inside
+  Mask torn;         // of the box: 255 beside a jump in depth, where nothing is reliable
 };
 
 // `known`: 255 where a map has an answer. Where the surface jumps in depth the face is cut open.

@@ -50,8 +50,11 @@ Mask mask_of(cv::Size size, const Answer& answer) {
 }
 
 template <class Image>
-Image dressed(const Image& map, const cv::Rect& box) {
-  return map.empty() ? map : fill_unknown(map(box));
+Image dressed(const Image& map, const FaceOutline& outline) {
+  if (map.empty()) return map;
+  Image inner = map(outline.box).clone();
+  inner.setTo(cv::Scalar::all(kNaN), outline.torn);
+  return fill_unknown(inner);
 }
 
 // Columns: what the position gains per pixel to the right, per pixel down, and at pixel (0, 0).
@@ -70,8 +73,9 @@ cv::Matx33f mean_slope(const Image3& position_mm) {
 
 // A position goes on growing where nothing was measured: filled relative to the mean slope, so that
 // the mesh does not fold at its border.
-Image3 dressed_positions(const Image3& position_mm, const cv::Rect& box) {
-  Image3 relative = position_mm(box).clone();
+Image3 dressed_positions(const Image3& position_mm, const FaceOutline& outline) {
+  Image3 relative = position_mm(outline.box).clone();
+  relative.setTo(cv::Scalar::all(kNaN), outline.torn);
   const cv::Matx33f slope = mean_slope(relative);
   const auto add = [&](Image3* image, float sign) {
     parallel_for(
@@ -118,16 +122,18 @@ FaceMaps face_from_maps(const LayerMaps& maps, const std::string& where) {
        {&LayerMaps::normal_specular, &LayerMaps::single_albedo, &LayerMaps::total_albedo,
         &LayerMaps::shallow_albedo, &LayerMaps::deep_albedo, &LayerMaps::deep_alpha,
         &LayerMaps::deep_ld_mm}) {
-    jobs.push_back([&, m] { face.maps.*m = dressed(maps.*m, box); });
+    jobs.push_back([&, m] { face.maps.*m = dressed(maps.*m, face.outline); });
   }
-  jobs.push_back([&] { face.maps.position_mm = dressed_positions(maps.position_mm, box); });
+  jobs.push_back(
+      [&] { face.maps.position_mm = dressed_positions(maps.position_mm, face.outline); });
   for (int c = 0; c < 3; ++c) {
     jobs.push_back([&, c] {
-      face.maps.normal_diffuse[c] = dressed(maps.normal_diffuse[c], box);
+      face.maps.normal_diffuse[c] = dressed(maps.normal_diffuse[c], face.outline);
       normalise(&face.maps.normal_diffuse[c]);
     });
   }
-  jobs.push_back([&] { face.maps.specular_intensity = dressed(maps.specular_intensity, box); });
+  jobs.push_back(
+      [&] { face.maps.specular_intensity = dressed(maps.specular_intensity, face.outline); });
   tbb::parallel_for(size_t(0), jobs.size(), [&](size_t i) { jobs[i](); });
   normalise(&face.maps.normal_specular);
   face.maps.regions = maps.regions(box).clone();
