@@ -9,7 +9,6 @@ namespace lamella::fit {
 
 namespace {
 
-constexpr float kSigmaAtEdgeMm = 0.3f;
 constexpr float kSigmaPerPxMm = 0.05f;
 constexpr std::array<std::array<int, 2>, 8> kAround{
     {{-1, 0}, {1, 0}, {0, -1}, {0, 1}, {-1, -1}, {-1, 1}, {1, -1}, {1, 1}}};
@@ -77,7 +76,7 @@ class Filler {
       sigma_sum += sigma[k];
       ++speaking;
     }
-    return {p, sum / speaking, std::max(kSigmaAtEdgeMm, sigma_sum / speaking) + kSigmaPerPxMm};
+    return {p, sum / speaking, std::max(kFilledSigmaMm, sigma_sum / speaking) + kSigmaPerPxMm};
   }
 
   // Where the ray of `p` meets the plane through the point of `q`.

@@ -77,12 +77,16 @@ Image3 rough_normals(const Burst& burst, const Mask& lit, const DepthMap& depth)
   return normal;
 }
 
-// First what is asked for, from its own kind, so that no neighbour across a silhouette speaks for
-// it; then the rest of what the LEDs light.
+// First the regions, from their own pixels, so that no neighbour across a silhouette speaks for
+// them; then the rest of what the LEDs light.
 void fill(const Burst& burst, DepthMap* depth) {
-  const Mask lit = lit_pixels(burst.full.cross, least_light(burst)) | (burst.regions > 0);
+  const Mask labelled = burst.regions > 0;
+  const Mask lit = lit_pixels(burst.full.cross, least_light(burst)) | labelled;
   const Image3 normal = rough_normals(burst, lit, *depth);
-  fill_depth(burst.session->left, burst.regions > 0, normal, depth);
+  DepthMap subject{depth->distance_mm.clone(), depth->sigma_mm, depth->u_px, depth->px_mm};
+  subject.distance_mm.setTo(kNaN, burst.regions == 0);
+  fill_depth(burst.session->left, labelled, normal, &subject);
+  subject.distance_mm.copyTo(depth->distance_mm, labelled);
   fill_depth(burst.session->left, lit, normal, depth);
 }
 
@@ -90,23 +94,19 @@ Geometry geometry_at(const Burst& burst, const DepthMap& depth) {
   const Session& session = *burst.session;
   const cv::Size size = burst.regions.size();
   const Vec3 nowhere(kNaN, kNaN, kNaN);
-  const Vec3d centre = session.left.centre_mm(), projector = session.projector.centre_mm();
+  const Vec3d centre = session.left.centre_mm();
   Geometry g{Image3(size, nowhere), depth.sigma_mm,        Image2(size, Vec2(kNaN, kNaN)),
              Image3(size, nowhere), Image3(size, nowhere), Image1(size, kNaN),
              Image3(size, nowhere)};
   parallel_for(size.height, [&](int y) {
     for (int x = 0; x < size.width; ++x) {
-      if (!burst.regions(y, x) && std::isnan(depth.distance_mm(y, x))) continue;
-      const Ray ray{centre, session.left.ray(x, y)};
-      const Vec3d position = ray.at(depth.distance_mm(y, x));
-      g.scene_mm(y, x) = Vec3(position);
-      if (!burst.regions(y, x)) continue;
-      g.to_camera(y, x) = Vec3(-ray.direction);
-      if (std::isnan(depth.distance_mm(y, x))) continue;
-      g.position_mm(y, x) = Vec3(position);
-      g.projector_px(y, x) = Vec2(session.projector.project(position));
-      g.to_projector(y, x) = unit(Vec3(projector - position));
-      g.projector_irradiance(y, x) = projector_irradiance(session.projector, Vec3(position));
+      const float mm = depth.distance_mm(y, x);
+      if (burst.regions(y, x)) {
+        g.to_camera(y, x) = Vec3(-session.left.ray(x, y));
+        if (!std::isnan(mm)) move_along_ray(session, {x, y}, mm, &g);
+      } else if (!std::isnan(mm)) {
+        g.scene_mm(y, x) = Vec3(Ray{centre, session.left.ray(x, y)}.at(mm));
+      }
     }
   });
   return g;
@@ -124,6 +124,17 @@ Geometry reconstruct_geometry(const Burst& burst) {
   }
   fill(burst, &depth);
   return geometry_at(burst, depth);
+}
+
+void move_along_ray(const Session& session, const cv::Point& pixel, float distance_mm,
+                    Geometry* geometry) {
+  const Vec3d position =
+      session.left.centre_mm() - Vec3d(geometry->to_camera(pixel)) * double(distance_mm);
+  const Vec3d projector = session.projector.centre_mm();
+  geometry->scene_mm(pixel) = geometry->position_mm(pixel) = Vec3(position);
+  geometry->projector_px(pixel) = Vec2(session.projector.project(position));
+  geometry->to_projector(pixel) = unit(Vec3(projector - position));
+  geometry->projector_irradiance(pixel) = projector_irradiance(session.projector, Vec3(position));
 }
 
 }  // namespace lamella::fit

@@ -19,4 +19,8 @@ struct Geometry {
 
 Geometry reconstruct_geometry(const Burst& burst);
 
+// Puts the point of `pixel` at `distance_mm` along its ray, and all that follows from where it is.
+void move_along_ray(const Session& session, const cv::Point& pixel, float distance_mm,
+                    Geometry* geometry);
+
 }  // namespace lamella::fit

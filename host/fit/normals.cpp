@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/parallel.h"
+#include "fit/depth_fill.h"
 #include "fit/gradient_inversion.h"
 #include "fit/occlusion.h"
 #include "fit/smooth.h"
@@ -31,6 +32,10 @@ cv::Mat_<DiffuseMoments> diffuse_moments(const Burst& burst) {
     }
   });
   return moments;
+}
+
+float pixel_size_mm(const Burst& burst) {
+  return float(cv::norm(burst.session->left.centre_mm()) / burst.session->left.fx);
 }
 
 Image1 distances(const Burst& burst, const Image3& scene_mm) {
@@ -147,6 +152,22 @@ void invert_pixels(const DiffuseField& field, Normals* n) {
   });
 }
 
+// Depth was carried over gaps along rough normals, shadows and all: do it again with better ones.
+void refill(const Burst& burst, const Image3& normal, Image1 distance_mm, Geometry* geometry) {
+  const Mask measured = geometry->sigma_mm<kFilledSigmaMm, labelled = burst.regions> 0;
+  const Mask gaps = labelled & ~measured;
+  distance_mm = distance_mm.clone();
+  distance_mm.setTo(kNaN, ~(measured & labelled));
+  DepthMap depth{distance_mm, geometry->sigma_mm, Image1(), pixel_size_mm(burst)};
+  fill_depth(burst.session->left, gaps, normal, &depth);
+  for (int y = 0; y < gaps.rows; ++y) {
+    for (int x = 0; x < gaps.cols; ++x) {
+      if (!gaps(y, x) || std::isnan(distance_mm(y, x))) continue;
+      move_along_ray(*burst.session, {x, y}, distance_mm(y, x), geometry);
+    }
+  }
+}
+
 }  // namespace
 
 Normals estimate_normals(const Burst& burst, Geometry* geometry) {
@@ -159,7 +180,7 @@ Normals estimate_normals(const Burst& burst, Geometry* geometry) {
   n.ambient_visibility = Image1(size, 1.f);
 
   const Image1 distance_mm = distances(burst, geometry->scene_mm);
-  const float px_mm = float(cv::norm(burst.session->left.centre_mm()) / burst.session->left.fx);
+  const float px_mm = pixel_size_mm(burst);
   const cv::Mat_<DiffuseMoments> moments = smooth_along_surface(
       diffuse_moments(burst), distance_mm, sigma_px(kDiffuseSigmaMm, px_mm, 1.2f, 4.f), px_mm);
   const LightStage& stage = burst.session->stage;
