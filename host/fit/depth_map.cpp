@@ -91,8 +91,10 @@ DepthMap measure_depth(const Camera& camera, const Camera& projector,
   drop_islands(&depth, kLeastIslandPx);
   const float width_px = sigma_px(kSmoothSigmaMm, depth.px_mm, 0.3f, 3.f);
   const Image1 edges = depth.distance_mm.clone();
-  depth.u_px = smooth_along_surface(depth.u_px, edges, width_px, depth.px_mm);
-  depth.distance_mm = smooth_along_surface(edges, edges, width_px, depth.px_mm);
+  const Mask measured = edges == edges;
+  for (Image1* image : {&depth.u_px, &depth.distance_mm}) {
+    smooth_along_surface(*image, edges, width_px, depth.px_mm).copyTo(*image, measured);
+  }
   return depth;
 }
 

@@ -153,9 +153,28 @@ class Level {
   ContrastField contrast_;
 };
 
-// Refines `columns` with one level of `periods`; NaN stays NaN.
-void unwrap(const Level& level, double periods, double width_px, ProjectorColumns* columns) {
-  const float per_turn = float(width_px / periods);
+float nearest_turn(float u_px, float turns, float px_per_turn) {
+  return (turns + std::round(u_px / px_per_turn - turns)) * px_per_turn;
+}
+
+// A level that only counts turns for the next: full contrast in every channel is near enough.
+void count_turns(const Image3& fringe, const Image3& white, float px_per_turn,
+                 ProjectorColumns* columns) {
+  parallel_for(columns->u_px.rows, [&](int y) {
+    for (int x = 0; x < columns->u_px.cols; ++x) {
+      float& u = columns->u_px(y, x);
+      if (std::isnan(u)) continue;
+      Vec3 v;
+      for (int c = 0; c < 3; ++c) v[c] = fringe(y, x)[c] / std::max(white(y, x)[c], 1e-6f);
+      const float turns =
+          std::atan2(2 * kSinShift[2] * (v[0] - v[2]), 2 * v[1] - v[0] - v[2]) / (2 * kPi);
+      u = nearest_turn(u, turns, px_per_turn);
+    }
+  });
+}
+
+// The finest level, which is the answer.
+void measure_columns(const Level& level, float px_per_turn, ProjectorColumns* columns) {
   parallel_for(columns->u_px.rows, [&](int y) {
     for (int x = 0; x < columns->u_px.cols; ++x) {
       float& u = columns->u_px(y, x);
@@ -166,9 +185,8 @@ void unwrap(const Level& level, double periods, double width_px, ProjectorColumn
         u = kNaN;
         continue;
       }
-      const float turns = std::atan2(p.sine, p.cosine) / (2 * kPi);
-      u = (turns + std::round(u / per_turn - turns)) * per_turn;
-      columns->sigma_px(y, x) = std::sqrt(p.variance) / (2 * kPi) * per_turn;
+      u = nearest_turn(u, std::atan2(p.sine, p.cosine) / (2 * kPi), px_per_turn);
+      columns->sigma_px(y, x) = std::sqrt(p.variance) / (2 * kPi) * px_per_turn;
     }
   });
 }
@@ -181,11 +199,12 @@ ProjectorColumns decode_columns(const std::vector<Image3>& fringe, const Image3&
   ProjectorColumns columns{Image1(white.size(), float(code.projector_width_px / 2)),
                            Image1(white.size(), kNaN)};
   columns.u_px.setTo(kNaN, wanted == 0);
-  for (size_t k = 0; k < fringe.size(); ++k) {
-    Level level(fringe[k], white, wanted, code.noise);
-    level.measure_contrast();
-    unwrap(level, code.periods[k], code.projector_width_px, &columns);
+  for (size_t k = 0; k + 1 < fringe.size(); ++k) {
+    count_turns(fringe[k], white, float(code.projector_width_px / code.periods[k]), &columns);
   }
+  Level finest(fringe.back(), white, wanted, code.noise);
+  finest.measure_contrast();
+  measure_columns(finest, float(code.projector_width_px / code.periods.back()), &columns);
   return columns;
 }
 

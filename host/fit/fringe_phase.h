@@ -20,9 +20,10 @@ struct ProjectorColumns {
 };
 
 // Channel c of fringe k over white is 0.5 + a_c cos(2 pi N_k u / W + (c - 1) 2 pi / 3). Scattering
-// blurs red more than blue, so the contrasts a_c (0.5 on paper) are measured, tile by tile: with
-// equal ones the finest phase is wrong by up to 0.16 rad. Phases are unwrapped from coarse to fine.
-// `fringe` and `white` have the projector's black level removed; `wanted` says where to look.
+// blurs red more than blue, so the contrasts a_c of the finest level (0.5 on paper) are measured,
+// tile by tile: with equal ones its phase is wrong by up to 0.16 rad. The coarser levels count its
+// turns. `fringe` and `white` have the projector's black level removed; `wanted` says where to
+// look.
 ProjectorColumns decode_columns(const std::vector<Image3>& fringe, const Image3& white,
                                 const Mask& wanted, const FringeCode& code);
 

@@ -19,7 +19,11 @@ void normalise(LaneVec3* v) {
 }  // namespace
 
 LedsFrom::LedsFrom(const LightStage& stage, const Vec3& x_mm) {
-  for (size_t i = 0; i < stage.leds().size(); ++i) {
+  const size_t count = stage.leds().size();
+  towards.reserve(count);
+  axis.reserve(count);
+  irradiance.reserve(count);
+  for (size_t i = 0; i < count; ++i) {
     towards.push_back(stage.direction_from(i, x_mm));
     axis.push_back(stage.leds()[i].direction);
     irradiance.push_back(stage.irradiance(i, x_mm));

@@ -18,10 +18,12 @@ constexpr int kOcclusionRounds = 2;
 constexpr float kTrustInBend = 0.15f;            // share of the correction that may be wrong
 constexpr float kErrorAtHalfConfidence = 0.05f;  // rad
 
-cv::Mat_<DiffuseMoments> diffuse_moments(const Burst& burst) {
-  cv::Mat_<DiffuseMoments> moments(burst.regions.size(), DiffuseMoments::all(0));
+// Undefined where there is no surface.
+cv::Mat_<DiffuseMoments> diffuse_moments(const Burst& burst, const Image1& distance_mm) {
+  cv::Mat_<DiffuseMoments> moments(burst.regions.size());
   parallel_for(moments.rows, [&](int y) {
     for (int x = 0; x < moments.cols; ++x) {
+      if (std::isnan(distance_mm(y, x))) continue;
       const Vec3 full = burst.full.cross(y, x) * 2.f;
       DiffuseMoments& m = moments(y, x);
       for (int c = 0; c < 3; ++c) m[4 * c] = full[c];
@@ -105,9 +107,11 @@ void invert_octet(const DiffuseField& field, const LedsFrom& leds, int y, int x0
   const int x1 = std::min(x0 + kLanes, field.position_mm.cols);
   const Octet octet = gather(field, y, x0, x1);
   Lanes mismatch{};
+  LaneVec3 guess{};
   for (int c = 0; c < 3; ++c) {
     const LaneVec3& m = octet.mean_direction[size_t(c)];
-    const LaneNormals lanes = invert_mean_direction(leds, c, m, m);
+    const LaneNormals lanes = invert_mean_direction(leds, c, m, c == 0 ? m : guess);
+    guess = lanes.normal;
     mismatch += lanes.mismatch * (1.f / 3);
     for (int x = x0; x < x1; ++x) {
       if (!is_finite(field.position_mm(y, x))) continue;
@@ -181,8 +185,9 @@ Normals estimate_normals(const Burst& burst, Geometry* geometry) {
 
   const Image1 distance_mm = distances(burst, geometry->scene_mm);
   const float px_mm = pixel_size_mm(burst);
-  const cv::Mat_<DiffuseMoments> moments = smooth_along_surface(
-      diffuse_moments(burst), distance_mm, sigma_px(kDiffuseSigmaMm, px_mm, 1.2f, 4.f), px_mm);
+  const cv::Mat_<DiffuseMoments> moments =
+      smooth_along_surface(diffuse_moments(burst, distance_mm), distance_mm,
+                           sigma_px(kDiffuseSigmaMm, px_mm, 1.2f, 4.f), px_mm);
   const LightStage& stage = burst.session->stage;
   std::vector<OcclusionAtNode> occlusion;
   Surroundings around = place_nodes(geometry->position_mm, stage);
@@ -196,6 +201,7 @@ Normals estimate_normals(const Burst& burst, Geometry* geometry) {
     occlusion = occlusion_at_nodes(around, stage, geometry->position_mm, normal_at_nodes, moments);
   }
   invert_pixels(field, &n);
+  refill(burst, n.diffuse[1], distance_mm, geometry);
   n.specular = add_specular_detail(burst, {geometry->to_camera, distance_mm, px_mm}, n.diffuse[2]);
   n.specular_confidence = n.diffuse_confidence.clone();
   return n;

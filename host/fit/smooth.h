@@ -55,12 +55,12 @@ void smooth_pass(const Image1& distance_mm, const std::vector<float>& taps, floa
 }  // namespace detail
 
 // Gaussian of sigma `width_px`, rows and then columns, that stops at silhouettes and at pixels
-// without a distance (NaN). `px_mm` is the size of a pixel on the face.
+// without a distance (NaN), and leaves those undefined. `px_mm` is the size of a pixel on the face.
 template <class Pixel>
 cv::Mat_<Pixel> smooth_along_surface(const cv::Mat_<Pixel>& image, const Image1& distance_mm,
                                      float width_px, float px_mm) {
   const std::vector<float> taps = gaussian_taps(width_px);
-  cv::Mat_<Pixel> rows = image.clone(), both = image.clone();
+  cv::Mat_<Pixel> rows(image.size()), both(image.size());
   detail::smooth_pass(distance_mm, taps, px_mm, 1, image, &rows);
   detail::smooth_pass(distance_mm, taps, px_mm, 0, rows, &both);
   return both;

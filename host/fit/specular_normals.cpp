@@ -16,8 +16,9 @@ constexpr float kCoarseSigmaMm = 0.75f;  // about as far as blue light scatters
 constexpr float kEnergySigmaMm = 0.75f;
 constexpr float kLeastFacing = 0.15f;  // n.v; beyond, r + v is too short to have a direction
 
+// Undefined where there is no surface.
 cv::Mat_<SpecularMoments> specular_moments(const Burst& burst, const Image1& distance_mm) {
-  cv::Mat_<SpecularMoments> moments(distance_mm.size(), SpecularMoments::all(0));
+  cv::Mat_<SpecularMoments> moments(distance_mm.size());
   parallel_for(moments.rows, [&](int y) {
     for (int x = 0; x < moments.cols; ++x) {
       if (std::isnan(distance_mm(y, x))) continue;

@@ -11,7 +11,7 @@ namespace lamella::fit {
 
 namespace {
 
-constexpr int kMeshStepPx = 2;
+constexpr int kMeshStepPx = 3;
 constexpr float kLongestEdgeMm = 80.f;  // of a quad of the mesh; longer is a silhouette
 constexpr float kLiftMm = 0.25f;        // off the surface, above the noise of the mesh
 constexpr float kFarMm = 5000.f;

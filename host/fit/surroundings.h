@@ -11,7 +11,7 @@
 namespace lamella::fit {
 
 struct Surroundings {
-  static constexpr int kStepPx = 4;        // between nodes
+  static constexpr int kStepPx = 6;        // between nodes
   static constexpr int32_t kFree = -1;     // the LED is seen, or lies behind the horizon
   static constexpr int32_t kUnknown = -2;  // hidden by something whose photographed side is away
 

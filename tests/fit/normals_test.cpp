@@ -50,6 +50,27 @@ TEST(Normals, AreRightWithNearLedsAndAGapAmongThem) {
   EXPECT_LT(testing::quantile(errors_deg(burst, n.diffuse[1], shape), 0.5), 0.4f);
 }
 
+TEST(Normals, TurnWithTheRig) {
+  Session session = testing::make_session(), turned_session = testing::make_session();
+  const Mat33d turn(0.36, 0.48, -0.8, -0.8, 0.6, 0, 0.48, 0.64, 0.6);
+  testing::rotate_rig(turn, &turned_session);
+  const auto normals_of = [](const Session& s) {
+    const Burst burst = testing::photograph(s, testing::sphere(60));
+    Geometry geometry = reconstruct_geometry(burst);
+    return estimate_normals(burst, &geometry).diffuse[1];
+  };
+  const Image3 straight = normals_of(session), turned = normals_of(turned_session);
+  std::vector<float> apart;
+  for (int y = 0; y < straight.rows; ++y) {
+    for (int x = 0; x < straight.cols; ++x) {
+      if (!is_finite(straight(y, x))) continue;
+      apart.push_back(testing::angle_deg(cv::Matx33f(turn) * straight(y, x), turned(y, x)));
+    }
+  }
+  ASSERT_GT(apart.size(), 3000u);
+  EXPECT_LT(testing::quantile(apart, 0.99), 0.2f);
+}
+
 TEST(Normals, OfAFlatPlaneAreAllAlike) {
   const Session session = testing::make_session();
   const Shape plane = testing::stepped_plane(0, 0);
