@@ -6,11 +6,12 @@ namespace lamella::fit {
 
 namespace {
 
-constexpr float kNormalError_rad = 0.07f;   // of the specular normal, 4 degrees
+constexpr float kNormalError_rad = 0.05f;   // of the specular normal, 3 degrees
 constexpr float kLedError = 0.015f;         // relative, where nothing is hidden
 constexpr float kShadeError = 0.25f;        // of what is hidden: light bounced from the blockers
 constexpr float kSmallestCosine = 0.02f;
 constexpr float kSmallestVisibility = 0.05f;
+constexpr float kDarkest = 1e-4f;           // albedo whose logarithm is still taken
 
 }  // namespace
 
@@ -47,7 +48,13 @@ TotalAtPixel DiffuseTotal::from_projector(int y, int x) const {
 TotalAtPixel DiffuseTotal::from_both(int y, int x) const {
   const TotalAtPixel leds = from_leds(y, x), projector = from_projector(y, x);
   const float a = 1 / (leds.sigma * leds.sigma), b = 1 / (projector.sigma * projector.sigma);
-  return {(leds.albedo * a + projector.albedo * b) * (1 / (a + b)), std::sqrt(1 / (a + b))};
+  TotalAtPixel both;
+  both.sigma = std::sqrt(1 / (a + b));
+  for (int c = 0; c < 3; ++c) {
+    const float p = std::max(leds.albedo[c], kDarkest), q = std::max(projector.albedo[c], kDarkest);
+    both.albedo[c] = std::exp((a * std::log(p) + b * std::log(q)) / (a + b));
+  }
+  return both;
 }
 
 }  // namespace lamella::fit

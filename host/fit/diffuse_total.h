@@ -22,7 +22,7 @@ class DiffuseTotal {
   // 2 (FRONT - BLACK)/((1 - b) x irradiance x n.l).
   TotalAtPixel from_projector(int y, int x) const;
 
-  // Their mean by inverse variance.
+  // Their mean by inverse variance, of logarithms: at grazing light one of them may be far off.
   TotalAtPixel from_both(int y, int x) const;
 
  private:

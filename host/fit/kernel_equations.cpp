@@ -11,7 +11,6 @@ namespace {
 constexpr int kSize = GaussianBasis::kSize;
 constexpr double kSumWeight = 1000;    // how much stiffer than the data the sum of 1 is
 constexpr double kSamples = 100;       // what the equations count as: neighbours' errors are alike
-constexpr double kRidge = 300;         // pull of the exponential kernel
 constexpr double kRidgeFloor = 0.02;   // weights move by this against the pull of 1
 constexpr int kLengths = 48;           // exponential kernels to choose from
 constexpr double kShortest_mm = 0.15, kLongest_mm = 4;
@@ -125,7 +124,7 @@ Weights exponential_kernel(double l_mm) {
   return weights;
 }
 
-Kernel solve_kernel(const KernelEquations& equations, double offset_sigma) {
+Kernel solve_kernel(const KernelEquations& equations, double offset_sigma, double ridge) {
   // The offset is eliminated: whatever the weights, its best value is linear in them.
   const double stiffness =
       equations.left(kSize, kSize) + 1 / (offset_sigma * offset_sigma);
@@ -142,7 +141,7 @@ Kernel solve_kernel(const KernelEquations& equations, double offset_sigma) {
   const Vector prior = as_vector(*std::min_element(
       simple.begin(), simple.end(),
       [&](const Weights& a, const Weights& b) { return cost(a) < cost(b); }));
-  const Vector pull = kRidge * (prior.array() + kRidgeFloor).square().inverse();
+  const Vector pull = ridge * (prior.array() + kRidgeFloor).square().inverse();
   const double sum_weight = kSumWeight * h.trace() / kSize;
   Matrix a = h;
   a.array() += sum_weight;

@@ -39,7 +39,8 @@ GaussianBasis::Weights exponential_kernel(double l_mm);
 
 // The kernel that explains the equations best: weights not negative and summing to 1 (what is
 // measured is a ratio to the evenly lit photograph), the offset within `offset_sigma`. What the
-// equations leave open is as in the exponential kernel that explains them best.
-Kernel solve_kernel(const KernelEquations& equations, double offset_sigma);
+// equations leave open is as in the exponential kernel that explains them best; `ridge` is how
+// strongly it pulls.
+Kernel solve_kernel(const KernelEquations& equations, double offset_sigma, double ridge);
 
 }  // namespace lamella::fit

@@ -3,7 +3,7 @@
 #include <ceres/ceres.h>
 
 #include <algorithm>
-#include <memory>
+#include <limits>
 #include <vector>
 
 #include "model/multipole.h"
@@ -15,8 +15,9 @@ namespace {
 constexpr double kTransport_mm = 0.38;       // 1/sigma_t' of dermis, 2 to 4 per mm in the literature
 constexpr double kTransportSpread = 0.15;    // one sigma of its logarithm
 constexpr double kKernelError = 0.05;        // relative, of what the dots say of the kernel
-constexpr double kLongest_mm = 8, kShortest_mm = 0.15;
+constexpr double kLongest_mm = 8, kShortest_mm = 0.1;
 constexpr double kHighestAlpha = 0.9999, kLowestAlpha = 0.02;
+constexpr double kShortestShallowLd_mm = 0.1, kLongestShallowLd_mm = 4;
 constexpr double kSmallestShare = 0.02;      // a layer with less is within the noise
 constexpr double kSmallestTotal = 0.01;      // a slab that reflects less is outside diffusion
 
@@ -88,6 +89,7 @@ double stddev_of(ceres::Problem* problem, double* parameter) {
 // Sum of deep and shallow, each scaled to its share, against the kernel.
 struct LayeredResidual {
   Sample sample;
+  double scale;  // ring's area over the mean light of a ring, in units of the kernel's error
   double ld_mm, shallow_share, thickness_mm;
 
   template <class Real>
@@ -108,45 +110,78 @@ struct LayeredResidual {
     using std::exp;
     const Real sum = (1.0 - shallow_share) * deep(*deep_s) +
                      shallow_share * shallow(*shallow_s, exp(*log_shallow_ld));
-    *residual = sample.weight * (sum / sample.value - 1.0) / kKernelError;
+    *residual = scale * (sum - sample.value);
     return true;
   }
 };
 
-struct Start {
-  double deep_s, shallow_s, shallow_ld_mm;
+struct LayeredParameters {
+  double deep_s, shallow_s, log_shallow_ld;
 };
 
-// One descent from `start`; the cost is in `profile->shallow_rms` only where it is the best so far.
-double descend(const std::vector<Sample>& samples, double ld_mm, double share,
-               double thickness_mm, const Start& start, LayeredProfile* profile) {
-  double deep_s = start.deep_s, shallow_s = start.shallow_s;
-  double log_ld = std::log(start.shallow_ld_mm);
+using LayeredCost = ceres::AutoDiffCostFunction<LayeredResidual, 1, 1, 1, 1>;
+
+// Robust, as no sum of two layers follows a skin everywhere: many rings should be right, not all
+// equally wrong.
+void pose(const std::vector<LayeredResidual>& residuals, LayeredParameters* at,
+          ceres::Problem* problem) {
+  for (const LayeredResidual& residual : residuals) {
+    problem->AddResidualBlock(new LayeredCost(new LayeredResidual(residual)),
+                              new ceres::SoftLOneLoss(1.0), &at->deep_s, &at->shallow_s,
+                              &at->log_shallow_ld);
+  }
+  for (double* s : {&at->deep_s, &at->shallow_s}) {
+    problem->SetParameterLowerBound(s, 0, model::s_from_alpha(kHighestAlpha));
+    problem->SetParameterUpperBound(s, 0, model::s_from_alpha(kLowestAlpha));
+  }
+  problem->SetParameterLowerBound(&at->log_shallow_ld, 0, std::log(kShortestShallowLd_mm));
+  problem->SetParameterUpperBound(&at->log_shallow_ld, 0, std::log(kLongestShallowLd_mm));
+}
+
+double descend(const std::vector<LayeredResidual>& residuals, LayeredParameters* at) {
   ceres::Problem problem;
-  for (const Sample& sample : samples) {
-    problem.AddResidualBlock(
-        new ceres::AutoDiffCostFunction<LayeredResidual, 1, 1, 1, 1>(
-            new LayeredResidual{sample, ld_mm, share, thickness_mm}),
-        nullptr, &deep_s, &shallow_s, &log_ld);
-  }
-  for (double* s : {&deep_s, &shallow_s}) {
-    problem.SetParameterLowerBound(s, 0, model::s_from_alpha(kHighestAlpha));
-    problem.SetParameterUpperBound(s, 0, model::s_from_alpha(kLowestAlpha));
-  }
-  problem.SetParameterLowerBound(&log_ld, 0, std::log(0.1));
-  problem.SetParameterUpperBound(&log_ld, 0, std::log(4.0));
+  pose(residuals, at, &problem);
   ceres::Solver::Summary summary;
   ceres::Solve(quiet_options(), &problem, &summary);
-  profile->alpha_dot = model::alpha_from_s(deep_s);
-  profile->shallow_alpha = model::alpha_from_s(shallow_s);
-  profile->shallow_ld_mm = std::exp(log_ld);
-  profile->alpha_dot_stddev = 2 * deep_s / 3 * stddev_of(&problem, &deep_s);
-  profile->shallow_alpha_stddev = 2 * shallow_s / 3 * stddev_of(&problem, &shallow_s);
-  profile->shallow_ld_mm_stddev = profile->shallow_ld_mm * stddev_of(&problem, &log_ld);
-  double weight = 0;
-  for (const Sample& sample : samples) weight += sample.weight * sample.weight;
-  profile->shallow_rms = kKernelError * std::sqrt(2 * summary.final_cost / weight);
   return summary.final_cost;
+}
+
+// The valley has side arms (a thin slab that scatters much, a thick one that scatters little): the
+// best of four descents.
+LayeredParameters fit_parameters(const std::vector<LayeredResidual>& residuals, double deep_s) {
+  LayeredParameters best{};
+  double least = std::numeric_limits<double>::infinity();
+  for (LayeredParameters start : {LayeredParameters{deep_s, 0.3, std::log(0.4)},
+                                  LayeredParameters{1.2, 0.17, std::log(1.3)},
+                                  LayeredParameters{0.65, 0.16, std::log(1.9)},
+                                  LayeredParameters{1.2, 1.0, std::log(0.5)}}) {
+    const double cost = descend(residuals, &start);
+    if (cost >= least) continue;
+    least = cost;
+    best = start;
+  }
+  return best;
+}
+
+LayeredProfile profile_at(const std::vector<LayeredResidual>& residuals, LayeredParameters at) {
+  ceres::Problem problem;
+  pose(residuals, &at, &problem);
+  LayeredProfile profile;
+  profile.alpha_dot = model::alpha_from_s(at.deep_s);
+  profile.shallow_alpha = model::alpha_from_s(at.shallow_s);
+  profile.shallow_ld_mm = std::exp(at.log_shallow_ld);
+  profile.alpha_dot_stddev = 2 * at.deep_s / 3 * stddev_of(&problem, &at.deep_s);
+  profile.shallow_alpha_stddev = 2 * at.shallow_s / 3 * stddev_of(&problem, &at.shallow_s);
+  profile.shallow_ld_mm_stddev =
+      profile.shallow_ld_mm * stddev_of(&problem, &at.log_shallow_ld);
+  double error = 0;
+  for (const LayeredResidual& residual : residuals) {
+    double value = 0;
+    residual(&at.deep_s, &at.shallow_s, &at.log_shallow_ld, &value);
+    error += value * value / double(residuals.size());
+  }
+  profile.shallow_rms = kKernelError * std::sqrt(error);
+  return profile;
 }
 
 void judge_shallow(double share, double thickness_mm, LayeredProfile* profile) {
@@ -191,21 +226,19 @@ DeepProfile fit_deep_profile(const GaussianBasis::Weights& kernel) {
 
 LayeredProfile fit_layered_profile(const GaussianBasis::Weights& kernel, const DeepProfile& deep,
                                    double shallow_share, double thickness_mm) {
-  const std::vector<Sample> samples = sample_kernel(kernel, kShortest_mm, kLongest_mm, 40);
-  const double s = deep.transport_mm / deep.ld_mm;
-  LayeredProfile best;
-  double least = 0;
-  for (const Start& start : {Start{s, 0.3, 0.4}, Start{1.2, 0.2, 1.2}, Start{1.2, 1.2, 0.5}}) {
-    LayeredProfile profile;
-    const double cost =
-        descend(samples, deep.ld_mm, shallow_share, thickness_mm, start, &profile);
-    if (best.alpha_dot > 0 && cost >= least) continue;
-    best = profile;
-    least = cost;
+  const std::vector<Sample> samples = sample_kernel(kernel, kShortest_mm, kLongest_mm, 32);
+  double light = 0;
+  for (const Sample& sample : samples) light += sample.r_mm * sample.r_mm * sample.value / 32;
+  std::vector<LayeredResidual> residuals;
+  for (const Sample& sample : samples) {
+    const double scale = sample.r_mm * sample.r_mm / (light * kKernelError);
+    residuals.push_back({sample, scale, deep.ld_mm, shallow_share, thickness_mm});
   }
-  best.deep_rms = deep.rms;
-  judge_shallow(shallow_share, thickness_mm, &best);
-  return best;
+  LayeredProfile profile =
+      profile_at(residuals, fit_parameters(residuals, deep.transport_mm / deep.ld_mm));
+  profile.deep_rms = deep.rms;
+  judge_shallow(shallow_share, thickness_mm, &profile);
+  return profile;
 }
 
 }  // namespace lamella::fit

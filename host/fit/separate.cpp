@@ -14,6 +14,7 @@ namespace {
 
 constexpr float kDarkest = 1e-3f;        // FRONT - BLACK below this is shadow
 constexpr float kModelError = 0.01f;     // of FRONT - BLACK: what a planar, even surface leaves out
+constexpr double kRidge = 10;             // the kernel that gives the stripes their shape
 constexpr int kPhaseWindow_px = 3;
 constexpr float kPhaseError_turns = 0.06f;  // on the flanks a sample tells phase more than swing
 constexpr float kSwingSpread = 0.15f;    // how far one pixel's swing is from its region's
@@ -157,7 +158,7 @@ Shapes shapes_of(const Stripes& stripes) {
   Shapes shapes(bins.size());
   parallel_for(int(bins.size() * 3), [&](int i) {
     const size_t region = size_t(i) / 3, c = size_t(i) % 3;
-    const Kernel kernel = solve_kernel(bins[region][c].equations(design), 1e-6);
+    const Kernel kernel = solve_kernel(bins[region][c].equations(design), 1e-6, kRidge);
     shapes[region][c] = StripeShape(kernel.weight, design);
   });
   return shapes;

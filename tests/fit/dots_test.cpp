@@ -1,0 +1,166 @@
+#include <gtest/gtest.h>
+
+#include "fit/dot_pattern.h"
+#include "fit/layer_profile.h"
+#include "fit/scattering.h"
+#include "lit_plane.h"
+#include "model/multipole.h"
+
+namespace lamella::fit {
+namespace {
+
+using testing::LitPlane;
+using testing::RadialKernel;
+
+RadialKernel dipole(double alpha, double ld_mm) {
+  return [=](double r) { return model::dipole_reflectance(model::Dipole<double>{alpha, ld_mm}, r); };
+}
+
+// alpha' whose transport length is 0.38 mm, as in dermis.
+double alpha_of(double ld_mm) { return model::alpha_from_s(0.38 / ld_mm); }
+
+std::array<RadialKernel, 3> skin() {
+  return {dipole(alpha_of(1.9), 1.9), dipole(alpha_of(0.95), 0.95), dipole(alpha_of(0.7), 0.7)};
+}
+
+// Photographed once: brute force takes its time.
+LitPlane dotted_plane() {
+  static const Image3 dots = [] {
+    LitPlane plane = testing::make_plane(Vec3(.3f, .2f, .15f));
+    testing::photograph_dots(skin(), &plane);
+    return plane.burst.dots;
+  }();
+  LitPlane plane = testing::make_plane(Vec3(.3f, .2f, .15f));
+  plane.burst.dots = dots.clone();
+  return plane;
+}
+
+Separation even_separation() {
+  const cv::Size size(testing::kWidth, testing::kHeight);
+  Separation s;
+  s.shallow_albedo = Image3(size, Vec3(.1f, .1f, .1f));
+  s.deep_albedo = Image3(size, Vec3(.4f, .3f, .2f));
+  return s;
+}
+
+void expect_lengths(const RegionScattering& region, double tolerance) {
+  const std::array<double, 3> truth{1.9, 0.95, 0.7};
+  for (size_t c = 0; c < 3; ++c) {
+    EXPECT_NEAR(region.ld_mm[c] / truth[c], 1, tolerance) << "channel " << c;
+    EXPECT_NEAR(region.ld_mm[c], truth[c], 3 * region.ld_mm_stddev[c]) << "channel " << c;
+  }
+}
+
+TEST(DotPattern, BlurredTableAgreesWithBruteForceOnASlantedSurface) {
+  const Patterns patterns;
+  const DotPattern pattern(patterns);
+  // Gradients of u and v over the surface (a, b): u = 3.3 a + 0.4 b, v = 2.1 b.
+  const PatternMetric metric(3.3 * 3.3 + 0.4 * 0.4, 0.4 * 2.1, 2.1 * 2.1);
+  const BlurredDots table = pattern.blurred(metric);
+  const int j = 8;
+  const double s = GaussianBasis::sigma_mm(j);
+  const auto points =
+      testing::spread([&](double r) { return std::exp(-r * r / (2 * s * s)); });
+  for (const Vec2 at : {Vec2(640, 400), Vec2(645, 403), Vec2(660, 425)}) {
+    double expected = 0;
+    for (const auto& [o, w] : points) {
+      expected += w * double(testing::dot_lit(patterns, at[0] + 3.3 * o[0] + 0.4 * o[1],
+                                              at[1] + 2.1 * o[1]));
+    }
+    const DotPattern::Place place = pattern.place(at);
+    BlurredDots::Sample sample;
+    table.look_up(place.u, place.v, &sample);
+    EXPECT_NEAR(sample[size_t(j)], expected, 0.01);
+  }
+}
+
+TEST(Dots, RecoverTheMeanFreePathOfADipole) {
+  const LitPlane plane = dotted_plane();
+  const Scattering fit =
+      fit_scattering(plane.burst, plane.geometry, plane.normals, even_separation());
+  expect_lengths(fit.regions[0], 0.2);
+  EXPECT_GT(fit.regions[0].dots, 6);
+}
+
+TEST(Dots, SurviveNoiseAndABlackLevelThatIsALittleWrong) {
+  LitPlane plane = dotted_plane();
+  testing::add_noise(0.003, &plane.burst.dots);
+  for (Vec3& pixel : plane.burst.dots) pixel += Vec3(0.0005f, 0.0005f, 0.0005f);
+  const Scattering fit =
+      fit_scattering(plane.burst, plane.geometry, plane.normals, even_separation());
+  expect_lengths(fit.regions[0], 0.2);
+}
+
+TEST(Dots, RegionWithoutOneBorrowsItsNeighboursAndSaysSo) {
+  LitPlane plane = dotted_plane();
+  plane.burst.region_names = {"background", "skin", "scar"};
+  plane.burst.regions(cv::Rect(70, 90, 9, 9)) = uchar(2);
+  const Scattering fit =
+      fit_scattering(plane.burst, plane.geometry, plane.normals, even_separation());
+  ASSERT_EQ(fit.regions.size(), 2u);
+  EXPECT_FALSE(fit.regions[1].deep_fitted);
+  EXPECT_NE(fit.regions[1].deep_why.find("no dot"), std::string::npos);
+  EXPECT_NEAR(fit.regions[1].ld_mm[0], fit.regions[0].ld_mm[0], 1e-6);
+  EXPECT_GT(fit.regions[1].ld_mm_stddev[0], fit.regions[0].ld_mm_stddev[0]);
+}
+
+TEST(Dots, MapOfAlphaFollowsFromDeepAlbedoByEquationEight) {
+  const LitPlane plane = dotted_plane();
+  const Scattering fit =
+      fit_scattering(plane.burst, plane.geometry, plane.normals, even_separation());
+  EXPECT_NEAR(fit.deep_alpha(50, 50)[1], *model::alpha_from_reflectance(0.3), 1e-4);
+  EXPECT_NEAR(fit.deep_ld_mm(50, 50)[1], fit.regions[0].ld_mm[1], 1e-4);
+}
+
+TEST(LayeredProfile, DeepAndShallowTogetherIntegrateToTheKernel) {
+  const GaussianBasis::Weights kernel = exponential_kernel(0.8);
+  const DeepProfile deep = fit_deep_profile(kernel);
+  const LayeredProfile layers = fit_layered_profile(kernel, deep, 0.5, 0.5);
+  EXPECT_TRUE(layers.shallow_fitted) << layers.shallow_why;
+  EXPECT_GT(layers.shallow_alpha, 0);
+  EXPECT_LT(layers.shallow_alpha, 1);
+  const model::Multipole<double> slab{layers.shallow_alpha, layers.shallow_ld_mm, 0.5};
+  const model::Dipole<double> dermis{layers.alpha_dot, deep.ld_mm};
+  double difference = 0, light = 0;
+  for (double r = 0.1; r < 8; r *= 1.02) {
+    const double sum = 0.5 * model::multipole_reflectance(slab, r) / model::multipole_total(slab) +
+                       0.5 * model::dipole_reflectance(dermis, r) /
+                           model::diffuse_reflectance(layers.alpha_dot);
+    const double truth = GaussianBasis::profile(kernel, r);
+    difference += r * r * std::abs(sum - truth);
+    light += r * r * truth;
+  }
+  EXPECT_LT(difference / light, 0.25);
+}
+
+TEST(LayeredProfile, ShallowLayerThatTheStripesDoNotSeeIsDroppedWithAReason) {
+  const GaussianBasis::Weights kernel = exponential_kernel(0.8);
+  const LayeredProfile layers =
+      fit_layered_profile(kernel, fit_deep_profile(kernel), 0.001, 0.5);
+  EXPECT_FALSE(layers.shallow_fitted);
+  EXPECT_FALSE(layers.shallow_why.empty());
+}
+
+TEST(Kernel, WeightsAreNotNegativeAndSumToOne) {
+  KernelEquations equations;
+  for (int i = 0; i < 200; ++i) {
+    KernelEquations::Vector row = KernelEquations::Vector::Zero();
+    for (int j = 0; j < GaussianBasis::kSize; ++j) {
+      row(j) = GaussianBasis::transfer(j, 0.01 * i);
+    }
+    equations.add(row, 1 / std::sqrt(1 + std::pow(2 * M_PI * 0.7 * 0.01 * i, 2)), 1e4);
+  }
+  const Kernel kernel = solve_kernel(equations, 1e-6, 1);
+  double sum = 0;
+  for (double w : kernel.weight) {
+    EXPECT_GE(w, 0);
+    sum += w;
+  }
+  EXPECT_NEAR(sum, 1, 1e-9);
+  EXPECT_NEAR(GaussianBasis::profile(kernel.weight, 1.0) /
+                  (std::exp(-1 / 0.7) / (2 * M_PI * 0.7)),
+              1, 0.15);
+}
+
+}  // namespace
+}  // namespace lamella::fit

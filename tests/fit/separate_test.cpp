@@ -1,0 +1,90 @@
+#include <gtest/gtest.h>
+
+#include "fit/scattering.h"
+#include "lit_plane.h"
+
+namespace lamella::fit {
+namespace {
+
+using testing::LitPlane;
+
+constexpr double kLength_mm = 0.6;
+
+// Fourier transform of exp(-r/l)/(2 pi l r).
+double transfer(double cycles_per_mm) {
+  const double x = 2 * M_PI * kLength_mm * cycles_per_mm;
+  return 1 / std::sqrt(1 + x * x);
+}
+
+// Of a continuous shift: twice the brightness in a white stripe's middle, above the mean.
+double true_swing(const Session& session) {
+  const double f = session.projector.fx / 1000 / session.patterns.stripe_period_px;
+  double swing = 0;
+  for (int h = 1; h < 4000; h += 2) {
+    swing += 4 / (M_PI * h) * (h % 4 == 1 ? 1 : -1) * transfer(h * f);
+  }
+  return swing;
+}
+
+LitPlane striped_plane(const Vec3& white) {
+  LitPlane plane = testing::make_plane(white, 2100);
+  testing::photograph_stripes(transfer, &plane);
+  return plane;
+}
+
+double mean_share(const LitPlane& plane, const Separation& s, int quarter) {
+  double sum = 0, count = 0;
+  for (int y = 4; y < testing::kHeight - 4; ++y) {
+    for (int x = 4; x < testing::kWidth - 4; ++x) {
+      const float u = plane.geometry.projector_px(y, x)[0];
+      if (quarter >= 0 && int(2 * (u - 2 * std::floor(u / 2))) != quarter) continue;
+      sum += double(s.shallow_albedo(y, x)[1] / (s.shallow_albedo(y, x)[1] + s.deep_albedo(y, x)[1]));
+      count += 1;
+    }
+  }
+  return sum / count;
+}
+
+TEST(Separation, FindsTheSwingOfAContinuousShift) {
+  const LitPlane plane = striped_plane(Vec3(.3f, .2f, .15f));
+  const Separation s = separate_layers(plane.burst, plane.geometry, plane.normals);
+  EXPECT_NEAR(mean_share(plane, s, -1) / true_swing(*plane.session), 1, 0.03);
+  EXPECT_LT(s.closure_rms, 1e-3);
+}
+
+TEST(Separation, HasNoMoireAgainstTheProjectorsColumns) {
+  const LitPlane plane = striped_plane(Vec3(.3f, .2f, .15f));
+  const Separation s = separate_layers(plane.burst, plane.geometry, plane.normals);
+  const double whole = mean_share(plane, s, -1);
+  for (int quarter = 0; quarter < 4; ++quarter) {
+    EXPECT_NEAR(mean_share(plane, s, quarter) / whole, 1, 0.02) << "quarter " << quarter;
+  }
+}
+
+TEST(Separation, NoiseDoesNotMakeAShallowLayer) {
+  LitPlane plane = striped_plane(Vec3(.02f, .02f, .02f));
+  const Separation clean = separate_layers(plane.burst, plane.geometry, plane.normals);
+  plane.burst.noise = {1e-6, 0};
+  for (Image3& image : plane.burst.stripes) testing::add_noise(0.001, &image);
+  const Separation noisy = separate_layers(plane.burst, plane.geometry, plane.normals);
+  EXPECT_NEAR(mean_share(plane, noisy, -1), mean_share(plane, clean, -1), 0.015);
+}
+
+TEST(Separation, ShallowAndDeepSumToTwiceTheLitPhotograph) {
+  const LitPlane plane = striped_plane(Vec3(.3f, .2f, .15f));
+  const Separation s = separate_layers(plane.burst, plane.geometry, plane.normals);
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_NEAR(s.shallow_albedo(99, 80)[c] + s.deep_albedo(99, 80)[c],
+                2 * plane.burst.front_lit(99, 80)[c], 0.03f);
+  }
+}
+
+TEST(Separation, BackgroundIsLeftUnknown) {
+  LitPlane plane = striped_plane(Vec3(.3f, .2f, .15f));
+  plane.burst.regions(10, 10) = 0;
+  const Separation s = separate_layers(plane.burst, plane.geometry, plane.normals);
+  EXPECT_TRUE(std::isnan(s.deep_albedo(10, 10)[0]));
+}
+
+}  // namespace
+}  // namespace lamella::fit
