@@ -231,6 +231,18 @@ void smooth_border(FaceMesh* mesh) {
   }
 }
 
+// Moving the border can turn a triangle there over, or leave nothing of it.
+void drop_folded(FaceMesh* mesh) {
+  const auto is_folded = [&](const cv::Vec3i& t) {
+    const Vec2 &a = mesh->pixel[size_t(t[0])], &b = mesh->pixel[size_t(t[1])],
+               &c = mesh->pixel[size_t(t[2])];
+    const float up = (c[0] - a[0]) * (b[1] - a[1]) - (b[0] - a[0]) * (c[1] - a[1]);
+    return up <= 1e-3f;
+  };
+  mesh->triangles.erase(std::remove_if(mesh->triangles.begin(), mesh->triangles.end(), is_folded),
+                        mesh->triangles.end());
+}
+
 }  // namespace
 
 bool is_inside(const Image1& inside_px, Vec2 pixel) { return inside_at(inside_px, pixel) > 0.f; }
@@ -245,6 +257,7 @@ FaceMesh mesh_face(const Image3& position_mm, const Image1& inside_px, int step)
     mesh.vertices_mm.push_back(sample(position_mm, p));
   }
   smooth_border(&mesh);
+  drop_folded(&mesh);
   return mesh;
 }
 
