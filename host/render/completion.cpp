@@ -11,6 +11,8 @@ namespace lamella::render {
 namespace {
 
 constexpr int kRimPixels = 2;
+// A surface that falls away faster than this a pixel is seen too much from its side to go on with.
+constexpr float kLongestRimMm = 1.5f;
 constexpr int kRelaxations = 150;
 const cv::Point kAround[8] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}, {1, 1}, {-1, 1}, {-1, -1}, {1, -1}};
 
@@ -93,7 +95,9 @@ void extend_rim(Image3* position_mm) {
       for (const cv::Point& d : kAround) {
         const cv::Point near = cv::Point(j, i) + d, next = near + d;
         if (!inside(before, next) || !is_finite(before(near)) || !is_finite(before(next))) continue;
-        sum += before(near) * 2 - before(next);
+        const Vec3 onward = before(near) - before(next);
+        if (length(onward) > kLongestRimMm) continue;
+        sum += before(near) + onward;
         ++count;
       }
       if (count > 0) (*position_mm)(i, j) = sum * (1 / count);
