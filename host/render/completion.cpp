@@ -11,8 +11,8 @@ namespace lamella::render {
 namespace {
 
 constexpr int kRimPixels = 2;
-// A surface that falls away faster than this a pixel is seen too much from its side to go on with.
-constexpr float kLongestRimMm = 1.5f;
+// A surface seen from its side falls away fast: the rim goes no further than this a pixel.
+constexpr float kLongestRimMm = 3;
 constexpr int kRelaxations = 150;
 const cv::Point kAround[8] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}, {1, 1}, {-1, 1}, {-1, -1}, {1, -1}};
 
@@ -96,8 +96,7 @@ void extend_rim(Image3* position_mm) {
         const cv::Point near = cv::Point(j, i) + d, next = near + d;
         if (!inside(before, next) || !is_finite(before(near)) || !is_finite(before(next))) continue;
         const Vec3 onward = before(near) - before(next);
-        if (length(onward) > kLongestRimMm) continue;
-        sum += before(near) + onward;
+        sum += before(near) + onward * std::min(1.f, kLongestRimMm / length(onward));
         ++count;
       }
       if (count > 0) (*position_mm)(i, j) = sum * (1 / count);
