@@ -13,6 +13,7 @@ namespace {
 constexpr double kNarrowest = 0.1, kRatio = 1.22;
 constexpr float kMinCosine = 0.4f;    // towards light and camera: no model is good near grazing
 constexpr float kMinVisible = 0.85f;  // share of the LEDs' light: little is left to interreflection
+constexpr int kReachPx = 2;           // neighbours that GRADIENT_FULL is averaged over
 constexpr int kBlockPx =
     16;  // tiles of the jackknife: wider than errors of the normals are correlated
 
@@ -71,10 +72,28 @@ struct Sampler {
       const MixtureTable::Values members = mixtures[s->region](n_h);
       for (size_t j = 0; j < kWidths; ++j) s->led_lobe[j] += weight * members[j];
     }
-    const Vec3 cross = burst.full.cross(y, x);
-    s->full = burst.full.parallel(y, x) - cross;
-    s->full_variance = 2 * burst.noise.variance(mean(cross), full_scale) / 3;
+    add_neighbours(y, x, s);
     return true;
+  }
+
+  // c comes from `full` and multiplies the lobe: noise in it would take from the lobe and give to
+  // single scattering. What a mean of neighbours is off by has no such preference.
+  void add_neighbours(int y, int x, LobeSample* s) const {
+    double sum = 0, variance = 0;
+    int count = 0;
+    for (int v = std::max(0, y - kReachPx); v <= std::min(burst.regions.rows - 1, y + kReachPx);
+         ++v) {
+      for (int u = std::max(0, x - kReachPx); u <= std::min(burst.regions.cols - 1, x + kReachPx);
+           ++u) {
+        if (burst.regions(v, u) != burst.regions(y, x) || burst.clipped_led(v, u)) continue;
+        const Vec3 cross = burst.full.cross(v, u);
+        sum += double(mean(burst.full.parallel(v, u) - cross));
+        variance += 2 * double(burst.noise.variance(mean(cross), full_scale)) / 3;
+        ++count;
+      }
+    }
+    s->full = float(sum / count);
+    s->full_variance = float(variance / (double(count) * count));
   }
 
   // Samples of one row of cells.
