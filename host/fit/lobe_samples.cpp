@@ -49,8 +49,6 @@ struct Sampler {
         kPi * radiance * n_l * model::single_scattering(skin.transmittance, skin.g, n, l, v);
     const Vec3 cross = burst.front.cross(y, x);
     s->front = burst.front.parallel(y, x) - cross;
-    for (int c = 0; c < 3; ++c)
-      s->front_variance[c] = 2 * burst.noise.variance(cross[c], front_scale);
     s->diffuse_reflectance = cross * (2.f / (n_l * radiance));
   }
 
@@ -77,23 +75,30 @@ struct Sampler {
   }
 
   // c comes from `full` and multiplies the lobe: noise in it would take from the lobe and give to
-  // single scattering. What a mean of neighbours is off by has no such preference.
+  // single scattering. What a mean of neighbours is off by has no such preference. Variances come
+  // from neighbours too: a weight that falls with the sample's own cross photograph would prefer
+  // the samples whose S noise has raised.
   void add_neighbours(int y, int x, LobeSample* s) const {
-    double sum = 0, variance = 0;
+    double sum = 0;
+    Vec3 front_cross(0, 0, 0), full_cross(0, 0, 0);
     int count = 0;
-    for (int v = std::max(0, y - kReachPx); v <= std::min(burst.regions.rows - 1, y + kReachPx);
-         ++v) {
-      for (int u = std::max(0, x - kReachPx); u <= std::min(burst.regions.cols - 1, x + kReachPx);
-           ++u) {
+    const cv::Size size = burst.regions.size();
+    for (int v = std::max(0, y - kReachPx); v <= std::min(size.height - 1, y + kReachPx); ++v) {
+      for (int u = std::max(0, x - kReachPx); u <= std::min(size.width - 1, x + kReachPx); ++u) {
         if (burst.regions(v, u) != burst.regions(y, x) || burst.clipped_led(v, u)) continue;
-        const Vec3 cross = burst.full.cross(v, u);
-        sum += double(mean(burst.full.parallel(v, u) - cross));
-        variance += 2 * double(burst.noise.variance(mean(cross), full_scale)) / 3;
+        sum += double(mean(burst.full.parallel(v, u) - burst.full.cross(v, u)));
+        front_cross += burst.front.cross(v, u);
+        full_cross += burst.full.cross(v, u);
         ++count;
       }
     }
+    const float per_pixel = 1.f / float(count);
     s->full = float(sum / count);
-    s->full_variance = float(variance / (double(count) * count));
+    s->full_variance =
+        2 * burst.noise.variance(mean(full_cross) * per_pixel, full_scale) / 3 * per_pixel;
+    for (int c = 0; c < 3; ++c) {
+      s->front_variance[c] = 2 * burst.noise.variance(front_cross[c] * per_pixel, front_scale);
+    }
   }
 
   // Samples of one row of cells.
