@@ -20,8 +20,6 @@ void run_render(const RenderArguments& arguments) {
   const render::Subject subject = render::load_subject(arguments.session, fit);
   const View view = read_view(arguments.view, subject.stage.leds().size());
   const Image3 image = render::render_view(subject, view);
-  const fs::path folder = fs::path(arguments.out).parent_path();
-  if (!folder.empty()) fs::create_directories(folder);
   write_exr_rgb(arguments.out, image, PixelType::kHalf);
   std::fprintf(stderr, "%s: %dx%d in %.1f s\n", arguments.out.c_str(), image.cols, image.rows,
                watch.seconds());
