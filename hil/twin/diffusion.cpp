@@ -11,7 +11,7 @@ namespace {
 
 constexpr float kFinestSide = 0.4f;  // mm
 constexpr float kReach = 16.f;       // mm, where the profiles end
-constexpr float kOpening = 2.f;      // a patch nearer than this many of its sides is opened
+constexpr float kOpening = 4.5f;     // a patch nearer than this many of its radii is opened
 
 PatchTree::Patch merge(const std::vector<PatchTree::Patch>& parts) {
   PatchTree::Patch whole{{0, 0, 0}, 0, 0};
@@ -143,7 +143,7 @@ void Diffusion::collect_sources(const Vec3& centre_mm, float radius_mm,
     const PatchTree::Patch& patch = level.patches[size_t(i)];
     const float gap = length(patch.centre_mm - centre_mm) - radius_mm;
     if (gap - patch.radius_mm > kReach) continue;
-    if (visit.level == 0 || gap > kOpening * 1.5f * patch.radius_mm) {
+    if (visit.level == 0 || gap > kOpening * patch.radius_mm) {
       const float side = std::sqrt(patch.area_mm2) / kFinestSide;
       const int size = std::clamp(int(std::lround(std::log2(std::max(side, 0.5f)))), 0, kSizes - 1);
       sources->push_back({patch.centre_mm, patch.area_mm2, level.offset + i, size});

@@ -25,18 +25,18 @@ Build make_build(uint64_t seed) {
 // All parts take p with x already folded to the right half.
 
 float skull(const Vec3& p, const Build& b) {
-  float d = ellipsoid(p, {0, 32, -12}, {73, 90, 97});
-  d = join(d, ellipsoid(p, {0, 42, 22}, {57, 46, 63}), 22);                   // forehead
-  d = join(d, ellipsoid(p, {0, -34, 14}, {56 + b.jaw_mm, 68, 69}), 30);       // face block
-  d = join(d, rod(p, {47 + b.jaw_mm, -60, 4}, {14, -93, 60}, 17, 16), 22);    // jaw line
-  d = join(d, ellipsoid(p, {0, -91, 68}, {20, 17, 19}), 16);                  // chin
-  return d;
+  float d = ellipsoid(p, {0, 30, -12}, {73, 89, 97});
+  d = join(d, ellipsoid(p, {0, 40, 22}, {57, 46, 63}), 22);                   // forehead
+  d = join(d, ellipsoid(p, {0, -32, 12}, {57 + b.jaw_mm, 70, 71}), 30);       // face block
+  d = join(d, ellipsoid(p, {46, -14, 16}, {22, 44, 40}), 26);                 // temple to jaw
+  d = join(d, rod(p, {45 + b.jaw_mm, -58, 8}, {12, -91, 62}, 14, 15), 26);    // jaw line
+  return join(d, ellipsoid(p, {0, -90, 69}, {16, 16, 18}), 18);               // chin
 }
 
-float neck(const Vec3& p) { return rod(p, {0, -80, -22}, {0, -260, -40}, 50, 56); }
+float neck(const Vec3& p) { return rod(p, {0, -80, -22}, {0, -260, -40}, 48, 54); }
 
 float cheeks_and_brow(float d, const Vec3& p, const Build& b) {
-  d = join(d, ellipsoid(p, {45, -10, 55}, {20, 14, 17 + b.cheek_mm}), 20);    // cheekbone
+  d = join(d, ellipsoid(p, {43, -9, 55}, {19, 14, 16 + b.cheek_mm}), 24);    // cheekbone
   d = join(d, ellipsoid(p, {30, -42, 61}, {21, 24, 19}), 20);                 // cheek
   d = join(d, rod(p, {9, 27, 82}, {40, 29, 67}, 7 + b.brow_mm, 5), 14);       // brow
   return join(d, ellipsoid(p, {0, -49, 69}, {30, 25, 21}), 16);               // mouth rise
@@ -57,13 +57,13 @@ float eyes(float d, const Vec3& p) {
 
 float nose(float d, const Vec3& p, const Build& b) {
   const float tip_z = 103 + b.nose_mm;
-  float n = rod(p, {0, 14, 82}, {0, -18, tip_z - 2}, 5.5f, 7.f);              // bridge
-  n = join(n, ellipsoid(p, {0, -21, tip_z}, {9, 8, 8.5f}), 7);                // tip
-  n = join(n, ellipsoid(p, {12.5f, -25, 90}, {6, 6.5f, 8.5f}), 6);            // wing
-  n = join(n, rod(p, {0, -26, tip_z - 2}, {0, -33, 90}, 4, 4), 4);            // column
-  d = join(d, n, 9);
-  d = cut(d, ellipsoid(p, {6.2f, -31.5f, 97}, {3.6f, 3.2f, 6}), 2.2f);        // nostril
-  d = cut(d, rod(p, {17.5f, -19, 90}, {19, -29, 90}, 1.2f, 1.4f), 4.5f);      // groove of the wing
+  float n = rod(p, {0, 14, 82}, {0, -17, tip_z - 3}, 5.5f, 7.5f);             // bridge
+  n = join(n, ellipsoid(p, {0, -20, tip_z}, {9, 8, 8.5f}), 9);                // tip
+  n = join(n, ellipsoid(p, {10.5f, -24, 91}, {7, 7, 10}), 9);                 // wing
+  n = join(n, rod(p, {0, -26, tip_z - 2}, {0, -33, 90}, 4, 4), 5);            // column
+  d = join(d, n, 10);
+  d = cut(d, ellipsoid(p, {5.8f, -31.5f, 97}, {3.2f, 2.8f, 5}), 2.5f);        // nostril
+  d = cut(d, rod(p, {18, -19, 89}, {19.5f, -29, 89}, 1.f, 1.2f), 5);      // groove of the wing
   return cut(d, rod(p, {21, -30, 89}, {31, -52, 85}, 1.5f, 2.2f), 8);         // fold to the mouth
 }
 
@@ -146,6 +146,7 @@ bool head_labelled(const Vec3& p) {
 
 // Brows: strands of hair that shadow the skin.
 float brow_cover(Vec3 p, uint32_t seed) {
+  if (p[2] < 0.f) return 0.f;
   p[0] = std::abs(p[0]);
   const float arch = 26.5f + 5.5f * smooth_step(8.f, 34.f, p[0]) - 6.f * smooth_step(34.f, 56.f, p[0]);
   const float half = 4.8f * smooth_step(56.f, 26.f, p[0]) + 0.6f;

@@ -7,14 +7,18 @@ namespace lamella::twin {
 
 namespace {
 
-// Mean over a pixel of a function of (u, v) that may have edges inside it: 4 x 4 samples.
-template <class Function>
-float pixel_mean(const Function& function, int u, int v) {
-  float sum = 0;
+// Share of a pixel that lies outside a disc, by 4 x 4 samples; (du, dv) from the disc's centre to
+// the pixel's.
+float share_outside(double du, double dv, double radius) {
+  const double distance = std::hypot(du, dv);
+  if (distance > radius + 1) return 1.f;
+  if (distance < radius - 1) return 0.f;
+  int outside = 0;
   for (int i = 0; i < 16; ++i) {
-    sum += function(u + (i % 4 - 1.5) / 4.0, v + (i / 4 - 1.5) / 4.0) ? 1.f : 0.f;
+    const double x = du + (i % 4 - 1.5) / 4.0, y = dv + (i / 4 - 1.5) / 4.0;
+    if (std::hypot(x, y) >= radius) ++outside;
   }
-  return sum / 16.f;
+  return float(outside) / 16.f;
 }
 
 }  // namespace
@@ -49,14 +53,16 @@ Image3 stripe_pattern(const Session& rig, double shift_px) {
 
 Image3 dot_pattern(const Session& rig) {
   const Patterns& p = rig.patterns;
-  const auto lit = [&](double u, double v) {
-    const double du = std::remainder(u - p.dot_offset_px[0], p.dot_pitch_px);
-    const double dv = std::remainder(v - p.dot_offset_px[1], p.dot_pitch_px);
-    return std::hypot(du, dv) >= 0.5 * p.dot_diameter_px;
+  const auto from_centre = [&](double x, double offset) {
+    return x - offset - p.dot_pitch_px * std::round((x - offset) / p.dot_pitch_px);
   };
   Image3 image(rig.projector.height, rig.projector.width);
   for (int v = 0; v < image.rows; ++v) {
-    for (int u = 0; u < image.cols; ++u) image(v, u) = Vec3::all(pixel_mean(lit, u, v));
+    const double dv = from_centre(v, p.dot_offset_px[1]);
+    for (int u = 0; u < image.cols; ++u) {
+      const double du = from_centre(u, p.dot_offset_px[0]);
+      image(v, u) = Vec3::all(share_outside(du, dv, 0.5 * p.dot_diameter_px));
+    }
   }
   return image;
 }

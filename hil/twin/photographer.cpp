@@ -16,6 +16,7 @@ Photographer::Photographer(const Options& options)
       surface_(make_surface(subject_, options.spacing_mm)) {
   visibility_ = std::make_unique<LedVisibility>(surface_, rig_.stage.leds());
   projector_ = std::make_unique<PointLight>(surface_, Vec3(rig_.projector.centre_mm()));
+  find_pattern_places();
   diffusion_ = std::make_unique<Diffusion>(surface_, profiles_);
   for (const Skin& skin : skins_) loss_.emplace_back(skin.roughness);
   left_ = see(rig_.left);
@@ -34,11 +35,35 @@ Vec3 Photographer::pattern_at(const Image3& emitted, const Vec3& x_mm) const {
   return sample_pattern(emitted, rig_.projector.project(Vec3d(x_mm)));
 }
 
+void Photographer::find_pattern_places() {
+  pattern_places_.resize(surface_.size());
+  parallel_for(surface_.rows, [&](int row) {
+    const int above = std::max(row - 1, 0), below = std::min(row + 1, surface_.rows - 1);
+    for (int column = 0; column < surface_.columns; ++column) {
+      const size_t i = size_t(surface_.at(row, column));
+      if (projector_->vertex_irradiance()[i] <= 0.f) continue;
+      const auto place = [&](int r, int c) {
+        return surface_.position_mm[size_t(surface_.at(r, c))];
+      };
+      const Vec3 down = (place(below, column) - place(above, column)) * 0.125f;
+      const Vec3 across = (place(row, column + 1) - place(row, column - 1)) * 0.125f;
+      for (int k = 0; k < 4; ++k) {
+        const Vec3 x = surface_.position_mm[i] + down * (k < 2 ? -1.f : 1.f) +
+                       across * (k % 2 ? 1.f : -1.f);
+        pattern_places_[i][size_t(k)] = Vec2(rig_.projector.project(Vec3d(x)));
+      }
+    }
+  }, 8);
+}
+
 PatchLight Photographer::projector_light(const Image3& emitted) const {
   std::vector<Vec3> irradiance(surface_.size(), Vec3(0, 0, 0));
   parallel_for(int(surface_.size()), [&](int i) {
     const float e = projector_->vertex_irradiance()[size_t(i)];
-    if (e > 0.f) irradiance[size_t(i)] = pattern_at(emitted, surface_.position_mm[size_t(i)]) * e;
+    if (e <= 0.f) return;
+    Vec3 sum(0, 0, 0);
+    for (const Vec2& place : pattern_places_[size_t(i)]) sum += sample_pattern(emitted, place);
+    irradiance[size_t(i)] = sum * (0.25f * e);
   }, 4096);
   return gathered(irradiance);
 }

@@ -63,6 +63,7 @@ class Photographer {
 
  private:
   Vec3 keeps_polarization(const Receivers& r, size_t i, const Vec3& l) const;
+  void find_pattern_places();
 
   Session rig_;
   Subject subject_;
@@ -71,6 +72,8 @@ class Photographer {
   Surface surface_;
   std::unique_ptr<LedVisibility> visibility_;
   std::unique_ptr<PointLight> projector_;
+  // Four places of every vertex's patch in projector pixels: what falls on the patch is their mean.
+  std::vector<std::array<Vec2, 4>> pattern_places_;
   std::unique_ptr<Diffusion> diffusion_;
   std::vector<LobeLoss> loss_;
   Receivers left_, right_;

@@ -51,7 +51,7 @@ Intensity intensity_of(const LobeSample& s, const RegionFit& fit) {
   for (size_t j = 0; j < kWidths; ++j) gain += fit.mixture[j] * double(s.led_lobe[j]);
   for (double amplitude : fit.single.amplitude) single += amplitude * double(s.led_single) / 3;
   if (gain <= 0) return {0, 1e6};
-  return {(double(s.full) - single) / gain, double(s.full_variance) / (gain * gain)};
+  return {(double(mean(s.full)) - single) / gain, double(s.full_variance) / (gain * gain)};
 }
 
 double mixture_at(const RegionFit& fit, const MixtureTable::Values& members) {

@@ -33,7 +33,7 @@ fs::path make_folders(const fs::path& folder) {
     first = p;
     if (p == p.parent_path()) break;
   }
-  if (!folder.empty()) fs::create_directories(folder);  // empty: the current folder
+  fs::create_directories(folder);
   return first;
 }
 
