@@ -66,7 +66,9 @@ Break LinkClient::greet() {
   request.set_request_id(++request_id_);
   if (Break broken = socket_.send(request, deadline_in(options_.reply_s))) return broken;
   v1::Reply reply;
-  if (Break broken = socket_.receive(&reply, deadline_in(options_.reply_s))) return broken;
+  do {  // an event may come first
+    if (Break broken = socket_.receive(&reply, deadline_in(options_.reply_s))) return broken;
+  } while (reply.has_status() || reply.has_done());
   // The rig may not have noticed yet that our last connection is gone.
   if (reply.refusal().code() == v1::Refusal::WRONG_STATE) return "busy with another host";
   throw_refusal(reply);
