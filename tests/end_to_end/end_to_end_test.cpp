@@ -1,0 +1,117 @@
+// The main job through the real programs: the firmware plays a burst on the simulated rig, the twin
+// photographs what its light did, the host receives, fits, compares and exports. And: what goes wrong
+// on the rig is seen in the picture.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "apps/process_child.h"
+#include "apps/run_lamella.h"
+#include "io/session.h"
+#include "io/whole_file.h"
+
+namespace lamella::apps {
+
+namespace {
+
+constexpr double kReady_s = 400;
+
+// One twin for all tests: simulating its skin is the slow part.
+class EndToEnd : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new PrivateFolder;
+    const std::vector<std::string> arguments{
+        LAMELLA_BINARY, "twin", "--serve", socket(), "--subject", "sphere", "--scale", "0.2",
+        "--calibration-out", at("calibration.json"), "--truth-out", at("truth")};
+    twin_ = new ChildProcess("twin", arguments, folder_->path());
+    twin_->wait_for_line("serving ", kReady_s, [] { return false; });
+  }
+
+  static void TearDownTestSuite() {
+    delete twin_;
+    delete folder_;
+  }
+
+  static std::string at(const std::string& name) { return (folder_->path() / name).string(); }
+  static std::string socket() { return at("twin.socket"); }
+
+  // A burst on a rig with this fault ("" for none) becomes the session `name`.
+  static testing::Outcome capture(const std::string& name, const std::string& fault) {
+    std::vector<std::string> arguments{
+        (fs::path(LAMELLA_BINARY).parent_path() / "lamella-rigd").string(), "--hal", "sim", "--rig",
+        LAMELLA_SIM_RIG, "--twin", socket(), "--calibration", at("calibration.json"), "--listen",
+        "127.0.0.1:0"};
+    if (!fault.empty()) arguments.insert(arguments.end(), {"--inject", fault});
+    ChildProcess firmware("rigd", arguments, folder_->path());
+    const std::string address =
+        firmware.wait_for_line("listening on ", kReady_s, [] { return false; });
+    return testing::run_lamella({"capture", "--rig", address, "--out", at(name)});
+  }
+
+  // Mean radiance of one photograph.
+  static double brightness(const std::string& name, Role role, Analyser analyser) {
+    const Session session = read_session(at(name));
+    const Photograph p = read_photograph(session, *session.find("left", role, 0, analyser));
+    const cv::Scalar sum = cv::mean(p.radiance);
+    return (sum[0] + sum[1] + sum[2]) / 3;
+  }
+
+ private:
+  static inline PrivateFolder* folder_ = nullptr;
+  static inline ChildProcess* twin_ = nullptr;
+};
+
+}  // namespace
+
+TEST_F(EndToEnd, ABurstIsCapturedFittedComparedAndExported) {
+  const testing::Outcome captured = capture("good", "");
+  ASSERT_EQ(captured.exit_code, 0) << captured.err;
+  fs::copy(at("truth"), at("good") + "/truth", fs::copy_options::recursive);
+  ASSERT_EQ(testing::run_lamella({"fit", at("good")}).exit_code, 0);
+  const testing::Outcome compared =
+      testing::run_lamella({"compare", at("good") + "/fit", at("good") + "/truth", "--json"});
+  ASSERT_EQ(compared.exit_code, 0) << compared.err;
+  const auto figures = nlohmann::json::parse(compared.out);
+  EXPECT_LT(figures["position"]["error_mm"]["median"], 0.3);
+  EXPECT_LT(figures["normal_specular"]["deg"]["median"], 5.0);
+  EXPECT_LT(figures["specular_intensity"]["all"]["rel_rmse"], 0.4);
+  EXPECT_EQ(testing::run_lamella({"export", at("good"), "--out", at("face.glb")}).exit_code, 0);
+  EXPECT_GT(fs::file_size(at("face.glb")), 1000u);
+}
+
+TEST_F(EndToEnd, AFlippedBitOnTheLedChainChangesThePhotograph) {
+  const testing::Outcome captured = capture("true", "");
+  ASSERT_EQ(captured.exit_code, 0) << captured.err;
+  // The highest bit of LED 100, which faces the subject: chip 2, output 14 of the rig file.
+  capture("flipped", "flip-bit:1260");
+  const double change = brightness("flipped", Role::kGradientFull, Analyser::kCross) -
+                        brightness("true", Role::kGradientFull, Analyser::kCross);
+  EXPECT_GT(std::abs(change), 1e-4);
+}
+
+TEST_F(EndToEnd, ALateBlankDarkensThePhotographByItsShareOfTheLight) {
+  ASSERT_EQ(capture("punctual", "").exit_code, 0);
+  EXPECT_EQ(capture("late", "late-blank:6000").exit_code, 1) << "a late edge marks the burst";
+  const double ratio = brightness("late", Role::kGradientFull, Analyser::kCross) /
+                       brightness("punctual", Role::kGradientFull, Analyser::kCross);
+  EXPECT_NEAR(ratio, 24.0 / 30.0, 0.02);
+}
+
+TEST_F(EndToEnd, AnAnalyserStillMovingLetsSurfaceReflectionIntoACrossedPhotograph) {
+  ASSERT_EQ(capture("settled", "").exit_code, 0);
+  EXPECT_EQ(capture("moving", "slow-actuator:3").exit_code, 1);
+  const Session session = read_session(at("settled"));
+  double brighter = 0;
+  for (const Frame& frame : session.frames) {
+    if (frame.camera != "left" || frame.analyser != Analyser::kCross) continue;
+    const Session other = read_session(at("moving"));
+    const Frame* same = other.find("left", frame.role, frame.index, Analyser::kCross);
+    const cv::Scalar difference = cv::mean(read_photograph(other, *same).radiance) -
+                                  cv::mean(read_photograph(session, frame).radiance);
+    brighter = std::max(brighter, difference[1]);
+  }
+  EXPECT_GT(brighter, 0.005);
+}
+
+}  // namespace lamella::apps
