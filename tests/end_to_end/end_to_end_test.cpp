@@ -43,7 +43,7 @@ class EndToEnd : public ::testing::Test {
         LAMELLA_SIM_RIG, "--twin", socket(), "--calibration", at("calibration.json"), "--listen",
         "127.0.0.1:0"};
     if (!fault.empty()) arguments.insert(arguments.end(), {"--inject", fault});
-    ChildProcess firmware("rigd", arguments, folder_->path());
+    ChildProcess firmware("rigd-" + name, arguments, folder_->path());
     const std::string address =
         firmware.wait_for_line("listening on ", kReady_s, [] { return false; });
     return testing::run_lamella({"capture", "--rig", address, "--out", at(name)});
