@@ -17,19 +17,23 @@ constexpr float kModelError = 0.1f;          // of the lobe itself: keeps the pe
 constexpr float kConeCosine = 0.70710678f;   // 45 degrees, as in the paper
 constexpr int kEnoughInCone = 200;           // samples that make a lobe of their own
 constexpr double kBorrowedSpread = 0.2;      // relative: how regions differ from the whole face
-constexpr double kBorrowed = 30;             // samples' worth of the whole face in every region
+constexpr double kBorrowed = 0.5;            // samples' worth of the whole face in every region
+constexpr double kScaleSigma = 0.02;         // of the lobe's integral, 1 by definition
+constexpr float kPeakCosine = 0.98480775f;   // 10 degrees
+constexpr int kEnoughAtPeak = 5;             // samples within them
 constexpr double kTypicalWidth = 0.3;        // of a forehead
 
 struct Equations {
   cv::Matx<double, kUnknowns, kUnknowns> m;
   cv::Vec<double, kUnknowns> b;
-  int samples = 0, in_cone = 0;
+  int samples = 0, in_cone = 0, at_peak = 0;
 
   void add(const Equations& other, double weight) {
     m += other.m * weight;
     b += other.b * weight;
     samples += int(other.samples * weight);
     in_cone += int(other.in_cone * weight);
+    at_peak += int(other.at_peak * weight);
   }
 };
 
@@ -51,7 +55,7 @@ Intensity intensity_of(const LobeSample& s, const RegionFit& fit) {
   for (size_t j = 0; j < kWidths; ++j) gain += fit.mixture[j] * double(s.led_lobe[j]);
   for (double amplitude : fit.single.amplitude) single += amplitude * double(s.led_single) / 3;
   if (gain <= 0) return {0, 1e6};
-  return {(double(mean(s.full)) - single) / gain, double(s.full_variance) / (gain * gain)};
+  return {(double(s.full) - single) / gain, double(s.full_variance) / (gain * gain)};
 }
 
 double mixture_at(const RegionFit& fit, const MixtureTable::Values& members) {
@@ -89,6 +93,7 @@ void add_sample(const LobeSample& s, const RegionFit& fit, const MixtureTable& t
   }
   ++to->samples;
   if (s.cos_h > kConeCosine) ++to->in_cone;
+  if (s.cos_h > kPeakCosine) ++to->at_peak;
 }
 
 // False where there is no lobe in the data.
@@ -119,7 +124,16 @@ Equations whole_face(const std::vector<Blocks>& regions) {
 }
 
 cv::Mat1d solve(Equations own, const Equations& face) {
+  const int at_peak = own.at_peak;
   if (face.samples > 0) own.add(face, kBorrowed / face.samples);
+  // c is measured for a lobe of integral 1, so FRONT must find that integral again: where no pixel
+  // shows the peak, this tells it from the flank. Where pixels do, errors of W are better left to
+  // the integral than given to single scattering.
+  const double weight = 1 / (kScaleSigma * kScaleSigma * (1 + at_peak));
+  for (int i = 0; i < int(kWidths); ++i) {
+    for (int j = 0; j < int(kWidths); ++j) own.m(i, j) += weight;
+    own.b(i) += weight;
+  }
   return solve_non_negative(cv::Mat1d(own.m), cv::Mat1d(own.b), int(kWidths));
 }
 
@@ -159,24 +173,32 @@ void set_deviations(const Blocks& blocks, const Equations& face, RegionFit* fit)
   }
 }
 
+void widen(double value, double* stddev) {
+  *stddev = std::max(*stddev, kBorrowedSpread * std::abs(value));
+}
+
 // What a region has from the others may not be its own.
-void widen_borrowed(RegionFit* fit) {
-  const auto widen = [](double value, double* stddev) {
-    *stddev = std::max(*stddev, kBorrowedSpread * std::abs(value));
-  };
+void widen_lobe(RegionFit* fit) {
   for (size_t i = 0; i < fit->lobe.p.size(); ++i) widen(fit->lobe.p[i], &fit->lobe.p_stddev[i]);
   widen(fit->lobe.gaussian_m, &fit->lobe.gaussian_m_stddev);
+}
+
+void widen_single(RegionFit* fit) {
   for (size_t c = 0; c < 3; ++c) widen(fit->single.amplitude[c], &fit->single.amplitude_stddev[c]);
 }
 
 void set_reasons(const Equations& own, bool found, RegionFit* fit) {
-  if (own.in_cone < kEnoughInCone) widen_borrowed(fit);
+  if (own.in_cone < kEnoughInCone || own.at_peak < kEnoughAtPeak) widen_lobe(fit);
+  if (own.in_cone < kEnoughInCone) widen_single(fit);
   fit->lobe.fitted = found;
   if (!found) {
     fit->lobe.why = "no surface reflection in FRONT: a typical lobe stands in";
   } else if (own.in_cone < kEnoughInCone) {
     fit->lobe.why = fmt::format(
         "only {} usable pixels within 45 degrees: mostly the lobe of the whole face", own.in_cone);
+  } else if (own.at_peak < kEnoughAtPeak) {
+    fit->lobe.why = fmt::format(
+        "only {} usable pixels within 10 degrees: the peak follows from the flank", own.at_peak);
   }
   double squares = 0;
   for (size_t c = 0; c < 3; ++c) {

@@ -13,6 +13,7 @@ namespace {
 constexpr double kNarrowest = 0.1, kRatio = 1.22;
 constexpr float kMinCosine = 0.4f;    // towards light and camera: no model is good near grazing
 constexpr float kMinVisible = 0.85f;  // share of the LEDs' light: little is left to interreflection
+constexpr int kReachPx = 2;           // neighbours that GRADIENT_FULL is averaged over
 constexpr int kBlockPx =
     16;  // tiles of the jackknife: wider than errors of the normals are correlated
 
@@ -48,8 +49,6 @@ struct Sampler {
         kPi * radiance * n_l * model::single_scattering(skin.transmittance, skin.g, n, l, v);
     const Vec3 cross = burst.front.cross(y, x);
     s->front = burst.front.parallel(y, x) - cross;
-    for (int c = 0; c < 3; ++c)
-      s->front_variance[c] = 2 * burst.noise.variance(cross[c], front_scale);
     s->diffuse_reflectance = cross * (2.f / (n_l * radiance));
   }
 
@@ -71,10 +70,35 @@ struct Sampler {
       const MixtureTable::Values members = mixtures[s->region](n_h);
       for (size_t j = 0; j < kWidths; ++j) s->led_lobe[j] += weight * members[j];
     }
-    const Vec3 cross = burst.full.cross(y, x);
-    s->full = burst.full.parallel(y, x) - cross;
-    s->full_variance = 2 * burst.noise.variance(mean(cross), full_scale) / 3;
+    add_neighbours(y, x, s);
     return true;
+  }
+
+  // c comes from `full` and multiplies the lobe: noise in it would take from the lobe and give to
+  // single scattering. What a mean of neighbours is off by has no such preference. Variances come
+  // from neighbours too: a weight that falls with the sample's own cross photograph would prefer
+  // the samples whose S noise has raised.
+  void add_neighbours(int y, int x, LobeSample* s) const {
+    double sum = 0;
+    Vec3 front_cross(0, 0, 0), full_cross(0, 0, 0);
+    int count = 0;
+    const cv::Size size = burst.regions.size();
+    for (int v = std::max(0, y - kReachPx); v <= std::min(size.height - 1, y + kReachPx); ++v) {
+      for (int u = std::max(0, x - kReachPx); u <= std::min(size.width - 1, x + kReachPx); ++u) {
+        if (burst.regions(v, u) != burst.regions(y, x) || burst.clipped_led(v, u)) continue;
+        sum += double(mean(burst.full.parallel(v, u) - burst.full.cross(v, u)));
+        front_cross += burst.front.cross(v, u);
+        full_cross += burst.full.cross(v, u);
+        ++count;
+      }
+    }
+    const float per_pixel = 1.f / float(count);
+    s->full = float(sum / count);
+    s->full_variance =
+        2 * burst.noise.variance(mean(full_cross) * per_pixel, full_scale) / 3 * per_pixel;
+    for (int c = 0; c < 3; ++c) {
+      s->front_variance[c] = 2 * burst.noise.variance(front_cross[c] * per_pixel, front_scale);
+    }
   }
 
   // Samples of one row of cells.

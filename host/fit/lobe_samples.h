@@ -49,9 +49,9 @@ struct LobeSample {
   MixtureTable::Values led_lobe{};  // radiance under GRADIENT_FULL per c, of each member
   float led_single = 0;             // radiance under GRADIENT_FULL per amplitude
   Vec3 front{0, 0, 0};              // S, measured
-  Vec3 full{0, 0, 0};
-  Vec3 front_variance{0, 0, 0};       // noise, without that of S itself
-  float full_variance = 0;            // the same, of the mean of channels
+  float full = 0;                   // the same under GRADIENT_FULL, mean of channels and neighbours
+  Vec3 front_variance{0, 0, 0};     // noise, without that of S itself
+  float full_variance = 0;          // of `full`
   Vec3 diffuse_reflectance{0, 0, 0};  // under the projector
 };
 

@@ -49,6 +49,20 @@ TEST(Specular, GivesBackLobesIntensityAndAmplitudesOfANoisySphere) {
   }
 }
 
+TEST(Specular, GivesNoneOfTheNoiseToSingleScattering) {
+  const SyntheticSkin skin{0.3, 0.2f, {0.067, 0.063, 0.053}};
+  SyntheticSphere sphere = SpherePhotographer(12).photograph(
+      {skin}, [](float, float) { return 1; }, true);
+  settle(&sphere);
+  const SpecularFit fit = fit_specular(sphere.burst, sphere.geometry, sphere.normals);
+  for (size_t k = 0; k < 3; ++k) {
+    EXPECT_NEAR(fit.single[0].amplitude[k], skin.amplitude[k],
+                3 * fit.single[0].amplitude_stddev[k]);
+    EXPECT_LT(fit.single[0].amplitude_stddev[k], 0.08 * skin.amplitude[k]);
+  }
+  EXPECT_NEAR(mean_over(fit.intensity, sphere.burst.regions, 1), 0.2, 0.01);
+}
+
 TEST(Specular, LobeTableIsNormalisedFallsAndEndsAt45Degrees) {
   SyntheticSphere sphere = SpherePhotographer().photograph(
       {SyntheticSkin{}}, [](float, float) { return 1; }, true);

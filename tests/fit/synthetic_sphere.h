@@ -59,6 +59,9 @@ inline LightStage even_stage() {
 
 class SpherePhotographer {
  public:
+  // `noise`: times the variance of a good camera.
+  explicit SpherePhotographer(double noise = 1) : noise_(noise) {}
+
   // `skins`: by label - 1; `label(x, y)` with x, y from -1 to 1 across the sphere, 0 nowhere.
   template <class Label>
   SyntheticSphere photograph(const std::vector<SyntheticSkin>& skins, const Label& label,
@@ -91,7 +94,7 @@ class SpherePhotographer {
     s->session.left = camera_at({170, 0, 985}, kSize);
     s->session.projector = camera_at({0, 0, 1000}, kSize);
     s->burst.session = &s->session;
-    s->burst.noise = {0.0004 * 0.0004, 1.0 / 30000};
+    s->burst.noise = {noise_ * 0.0004 * 0.0004, noise_ / 30000};
     const cv::Size size(kSize, kSize);
     const Vec3 nowhere(kNaN, kNaN, kNaN);
     s->burst.regions = Labels(size, 0);
@@ -165,6 +168,7 @@ class SpherePhotographer {
     return radiance;
   }
 
+  double noise_;
   std::vector<model::LobeTable> lobes_;
   std::vector<model::TransmittanceTable> transmittances_;
   std::mt19937 random_{7};
