@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <functional>
 
-#include "io/json.h"
+#include "apps/compare_npz.h"
+#include "apps/compare_profile.h"
+#include "base/error.h"
 
 namespace lamella::apps {
 
@@ -59,6 +61,13 @@ void add_lobe(const v1::SpecularLobe& found, const v1::SpecularLobe& truth, Json
   (*region)["p_peak_ratio"] = number(p_found(0) / p_true(0));
   (*region)["p_integral_0_45deg"] = number(cone_integral(truth.theta(), p_found));
   (*region)["p_integral_0_45deg_truth"] = number(whole);
+}
+
+const v1::Region* region_named(const v1::Layers& layers, const std::string& name) {
+  for (const v1::Region& region : layers.regions()) {
+    if (region.name() == name) return &region;
+  }
+  return nullptr;
 }
 
 Json region_figures(const v1::Region& found, const v1::Region& truth) {
@@ -117,6 +126,48 @@ Json regions_without_a_figure(const Json& regions) {
   return out;
 }
 
+// The profiles of kernels.npz, [region][channel] on shared radii.
+class TrueProfiles {
+ public:
+  explicit TrueProfiles(const fs::path& file) : r_(read_npz(file, "r")), all_(read_npz(file, "R")) {
+    const bool fits = all_.shape.size() == 3 && all_.shape[1] == 3 &&
+                      all_.shape[2] == r_.values.size() && r_.values.size() > 1;
+    if (!fits) throw_bad_input(file.string(), "R is not regions x 3 x radii");
+  }
+
+  size_t regions() const { return all_.shape[0]; }
+
+  TrueProfile at(size_t region, int channel) const {
+    const size_t n = r_.values.size();
+    const auto begin = all_.values.begin() + long((region * 3 + size_t(channel)) * n);
+    return {r_.values, {begin, begin + long(n)}};
+  }
+
+ private:
+  NpzArray r_, all_;
+};
+
+// Adds profile_L1 to every region of which the truth knows the profiles and the fit the albedos.
+void add_profiles(ComparedMaps* maps, const v1::Layers& found, const v1::Layers& truth,
+                  Json* regions) {
+  const fs::path file = maps->truth_folder / "kernels.npz";
+  if (!fs::exists(file)) return;
+  const MapValues deep = maps->found("deep_albedo", {"R", "G", "B"});
+  const MapValues shallow = maps->found("shallow_albedo", {"R", "G", "B"});
+  if (deep.empty() || shallow.empty()) return;
+  const TrueProfiles profiles(file);
+  for (int i = 0; i < truth.regions_size() && size_t(i) < profiles.regions(); ++i) {
+    const v1::Region* fitted = region_named(found, truth.regions(i).name());
+    if (!fitted || fitted->deep().ld_mm_size() == 0) continue;
+    const std::vector<double> d = region_medians(*maps, deep, i + 1);
+    const std::vector<double> s = region_medians(*maps, shallow, i + 1);
+    Json& list = (*regions)[fitted->name()]["profile_L1"];
+    for (int c = 0; c < 3; ++c) {
+      list.push_back(number(profile_L1(*fitted, c, d[c], s[c], profiles.at(size_t(i), c))));
+    }
+  }
+}
+
 Json g_figures(const v1::SingleGlobal& found, const v1::SingleGlobal& truth) {
   Json error = Json::array();
   for (int c = 0; c < std::min(found.g_size(), truth.g_size()); ++c) {
@@ -136,15 +187,11 @@ void compare_layers(ComparedMaps* maps, const v1::Layers& truth, Json* figures) 
   const v1::Layers found = read_layers(file);
   Json& regions = (*figures)["regions"] = Json::object();
   for (const v1::Region& true_region : truth.regions()) {
-    const auto same = std::find_if(found.regions().begin(), found.regions().end(),
-                                   [&](auto& r) { return r.name() == true_region.name(); });
-    if (same == found.regions().end()) {
-      maps->problems.push_back("layers.json: no region " + true_region.name());
-      regions[true_region.name()] = Json::object();
-      continue;
-    }
-    regions[true_region.name()] = region_figures(*same, true_region);
+    const v1::Region* same = region_named(found, true_region.name());
+    if (!same) maps->problems.push_back("layers.json: no region " + true_region.name());
+    regions[true_region.name()] = same ? region_figures(*same, true_region) : Json::object();
   }
+  add_profiles(maps, found, truth, &regions);
   if (found.single().g_size() > 0) (*figures)["g"] = g_figures(found.single(), truth.single());
   (*figures)["timings_s"] = (*figures)["checks"] = nullptr;
   for (const auto& [name, value] : found.timings_s()) (*figures)["timings_s"][name] = value;
@@ -153,6 +200,7 @@ void compare_layers(ComparedMaps* maps, const v1::Layers& truth, Json* figures) 
       {"ld_mean_abs_rel_error", mean_over_regions(regions, "ld_rel_error")},
       {"single_amplitude_mean_abs_rel_error",
        mean_over_regions(regions, "single_amplitude_rel_error")},
+      {"profile_L1_mean", mean_over_regions(regions, "profile_L1")},
       {"regions_without_a_figure", regions_without_a_figure(regions)},
       {"gaussian_m_mean_abs_error", mean_over_regions(regions, "gaussian_m_abs_error")},
       {"p_L1_mean", mean_over_regions(regions, "p_L1")}};

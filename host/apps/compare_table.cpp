@@ -51,32 +51,35 @@ void reflectance_rows(const Json& f, std::string* out) {
   }
 }
 
+std::string three_percents(const Json& f, const std::string& path) {
+  std::string text;
+  for (const char* c : {"/0", "/1", "/2"}) text += fmt::format("{:>7}", percent(f, path + c, 0));
+  return text;
+}
+
+constexpr const char* kRegionRow = "  {:<13}{:>15}{:>9}{:>13}{:>13}{:>13}{:>9}{:>22}{:>22}\n";
+
 void region_rows(const Json& f, std::string* out) {
   if (!f.contains("regions")) return;
-  *out +=
-      fmt::format("\n  {:<13}{:>15}{:>9}{:>13}{:>13}{:>13}{:>10}{:>22}\n", "region", "lobe m, true",
-                  "p L1", "l_d red, mm", "green", "blue", "c RMSE", "single, error r g b");
+  *out += "\n" + fmt::format(kRegionRow, "region", "lobe m / true", "p L1", "l_d red, mm", "green",
+                             "blue", "c RMSE", "single, error r g b", "R(r), L1 r g b");
   for (const auto& [name, region] : f["regions"].items()) {
     const std::string r = "/regions/" + name;
     const auto pair = [&](const std::string& a, const std::string& b, int digits) {
-      return fmt::format("{} / {}", at(f, a, digits), at(f, b, digits));
+      return at(f, r + a, digits) + " / " + at(f, r + b, digits);
     };
-    std::string single;
-    for (const char* c : {"/0", "/1", "/2"}) {
-      single += fmt::format("{:>7}", percent(f, r + "/single_amplitude_rel_error" + c, 0));
-    }
-    *out += fmt::format(
-        "  {:<13}{:>15}{:>9}{:>13}{:>13}{:>13}{:>10}{:>22}\n", name,
-        pair(r + "/gaussian_m", r + "/gaussian_m_truth", 3), percent(f, r + "/p_L1"),
-        pair(r + "/ld_mm/0", r + "/ld_truth/0", 2), pair(r + "/ld_mm/1", r + "/ld_truth/1", 2),
-        pair(r + "/ld_mm/2", r + "/ld_truth/2", 2),
-        percent(f, "/specular_intensity/per_region/" + name + "/rel_rmse", 0), single);
+    *out += fmt::format(kRegionRow, name, pair("/gaussian_m", "/gaussian_m_truth", 3),
+                        percent(f, r + "/p_L1"), pair("/ld_mm/0", "/ld_truth/0", 2),
+                        pair("/ld_mm/1", "/ld_truth/1", 2), pair("/ld_mm/2", "/ld_truth/2", 2),
+                        percent(f, "/specular_intensity/per_region/" + name + "/rel_rmse", 0),
+                        three_percents(f, r + "/single_amplitude_rel_error"),
+                        three_percents(f, r + "/profile_L1"));
   }
   *out +=
-      fmt::format("  {:<13}{:>15}{:>9}{:>13}{:>13}{:>13}{:>10}{:>22}\n", "mean error",
-                  at(f, "/summary/gaussian_m_mean_abs_error", 3), percent(f, "/summary/p_L1_mean"),
-                  percent(f, "/summary/ld_mean_abs_rel_error"), "", "", "",
-                  percent(f, "/summary/single_amplitude_mean_abs_rel_error"));
+      fmt::format(kRegionRow, "mean error", at(f, "/summary/gaussian_m_mean_abs_error", 3),
+                  percent(f, "/summary/p_L1_mean"), percent(f, "/summary/ld_mean_abs_rel_error"),
+                  "", "", "", percent(f, "/summary/single_amplitude_mean_abs_rel_error"),
+                  percent(f, "/summary/profile_L1_mean"));
 }
 
 void view_rows(const Json& f, std::string* out) {

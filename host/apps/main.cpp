@@ -1,4 +1,6 @@
 // lamella: captures, fits, renders, compares, exports and shows layered facial reflectance.
+#include <google/protobuf/stubs/logging.h>
+
 #include <cstdio>
 
 #include "apps/commands.h"
@@ -9,6 +11,7 @@ int main(int argc, char** argv) {
   CLI::App app{"Layered facial reflectance, from the rig to the engine."};
   app.require_subcommand(1);
   app.footer("Exit codes: 0 done, 1 done but below the quality asked, 2 bad input, 3 rig or link failed.");
+  google::protobuf::SetLogHandler(nullptr);  // what is wrong with a message is ours to say
   int exit_code = 0;
   apps::add_capture(app, &exit_code);
   apps::add_twin(app, &exit_code);

@@ -27,11 +27,12 @@ class ChildProcess {
   std::string wait_for_line(const std::string& prefix, double seconds,
                             const std::function<bool()>& interrupted);
 
+  bool has_ended();
+
   // Its last line on standard error; empty where it said nothing.
   std::string last_words() const;
 
  private:
-  bool has_ended();
 
   std::string name_;
   fs::path out_, err_;

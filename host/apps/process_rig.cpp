@@ -42,9 +42,11 @@ SimulatedRig::SimulatedRig(const SimulatedRigOptions& options) {
   address_ = firmware_->wait_for_line("listening on ", kFirmwareReady_s, interrupted);
 }
 
-std::string SimulatedRig::last_words() const {
-  const std::string twin = twin_->last_words(), firmware = firmware_->last_words();
-  return twin.empty() ? firmware : twin;
+std::string SimulatedRig::last_words() {
+  for (ChildProcess* child : {twin_.get(), firmware_.get()}) {
+    if (child->has_ended()) return child->last_words();
+  }
+  return "";
 }
 
 }  // namespace lamella::apps

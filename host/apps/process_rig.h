@@ -26,8 +26,8 @@ class SimulatedRig {
 
   const std::string& address() const { return address_; }  // HOST:PORT of the link
 
-  // What either said last on standard error, for a message about what went wrong.
-  std::string last_words() const;
+  // What it said last, where one of the two has ended before its time; else nothing.
+  std::string last_words();
 
  private:
   PrivateFolder folder_;

@@ -1,17 +1,23 @@
 #include "fit/diffuse_total.h"
 
 #include <algorithm>
+#include <array>
 
 namespace lamella::fit {
 
 namespace {
 
-constexpr float kNormalError_rad = 0.05f;   // of the specular normal, 3 degrees
-constexpr float kLedError = 0.015f;         // relative, where nothing is hidden
-constexpr float kShadeError = 0.25f;        // of what is hidden: light bounced from the blockers
+constexpr float kNormalError_rad = 0.05f;  // of the specular normal, 3 degrees
+constexpr float kLedError = 0.015f;        // relative, where nothing is hidden
+constexpr float kShadeError = 0.25f;       // of what is hidden: light bounced from the blockers
 constexpr float kSmallestCosine = 0.02f;
 constexpr float kSmallestVisibility = 0.05f;
-constexpr float kDarkest = 1e-4f;           // albedo whose logarithm is still taken
+constexpr float kBrightest = 1.f;
+constexpr int kCeilingStep_px = 3;
+constexpr float kKnownSigma = 0.03f;
+constexpr size_t kFewestKnown = 100;
+constexpr float kAboveKnown = 1.2f;
+constexpr float kDarkest = 1e-4f;  // albedo whose logarithm is still taken
 
 }  // namespace
 
@@ -19,7 +25,42 @@ DiffuseTotal::DiffuseTotal(const Burst& burst, const Geometry& geometry, const N
     : burst_(burst),
       geometry_(geometry),
       normals_(normals),
-      leds_(led_irradiance_over(burst.session->stage, geometry.position_mm)) {}
+      leds_(led_irradiance_over(burst.session->stage, geometry.position_mm)),
+      ceiling_(burst.region_names.size(), Vec3(kBrightest, kBrightest, kBrightest)) {
+  find_ceilings();
+}
+
+// Where both ways are sure, the irradiance is known: what skin of the region reflects there.
+void DiffuseTotal::find_ceilings() {
+  std::vector<std::array<std::vector<float>, 3>> known(ceiling_.size());
+  for (int y = 0; y < burst_.regions.rows; y += kCeilingStep_px) {
+    for (int x = 0; x < burst_.regions.cols; x += kCeilingStep_px) {
+      if (!burst_.regions(y, x) || !is_finite(geometry_.position_mm(y, x))) continue;
+      const TotalAtPixel total = from_both(y, x);
+      if (!(total.sigma < kKnownSigma)) continue;
+      for (int c = 0; c < 3; ++c) {
+        known[burst_.regions(y, x)][size_t(c)].push_back(total.albedo[c]);
+      }
+    }
+  }
+  for (size_t label = 1; label < known.size(); ++label) {
+    for (int c = 0; c < 3; ++c) {
+      std::vector<float>& values = known[label][size_t(c)];
+      if (values.size() < kFewestKnown) continue;
+      const auto high = values.begin() + std::ptrdiff_t(values.size() * 49 / 50);
+      std::nth_element(values.begin(), high, values.end());
+      ceiling_[label][c] = std::min(kBrightest, kAboveKnown * *high);
+    }
+  }
+}
+
+void DiffuseTotal::limit(int y, int x, TotalAtPixel* total) const {
+  const Vec3& ceiling = ceiling_[burst_.regions(y, x)];
+  float excess = 1;
+  for (int c = 0; c < 3; ++c) excess = std::max(excess, total->albedo[c] / ceiling[c]);
+  total->albedo *= 1 / excess;
+  total->sigma += excess - 1;
+}
 
 Vec3 DiffuseTotal::normal(int y, int x) const {
   const Vec3& n = normals_.specular(y, x);
@@ -34,6 +75,7 @@ TotalAtPixel DiffuseTotal::from_leds(int y, int x) const {
     total.albedo[c] = 2 * burst_.full.cross(y, x)[c] / std::max(light[c], 1e-3f);
   }
   total.sigma = kLedError + kShadeError * (1 - visible) / visible;
+  limit(y, x, &total);
   return total;
 }
 
@@ -42,7 +84,10 @@ TotalAtPixel DiffuseTotal::from_projector(int y, int x) const {
   const float clamped = std::max(cosine, kSmallestCosine);
   const float light = (1 - burst_.black_level) * geometry_.projector_irradiance(y, x) * clamped;
   const float sine = std::sqrt(std::max(0.f, 1 - clamped * clamped));
-  return {burst_.front_lit(y, x) * (2 / light), kLedError + kNormalError_rad * sine / clamped};
+  TotalAtPixel total{burst_.front_lit(y, x) * (2 / light),
+                     kLedError + kNormalError_rad * sine / clamped};
+  limit(y, x, &total);
+  return total;
 }
 
 TotalAtPixel DiffuseTotal::from_both(int y, int x) const {

@@ -27,11 +27,14 @@ class DiffuseTotal {
 
  private:
   Vec3 normal(int y, int x) const;
+  void find_ceilings();
+  void limit(int y, int x, TotalAtPixel* total) const;
 
   const Burst& burst_;
   const Geometry& geometry_;
   const Normals& normals_;
   LedIrradiance leds_;
+  std::vector<Vec3> ceiling_;  // by label: brighter skin than this is a wrong irradiance
 };
 
 }  // namespace lamella::fit

@@ -17,11 +17,11 @@ constexpr float kSmallestCosine = 0.35f;  // beyond, a dot is not on a plane any
 constexpr float kModelError = 0.01f;      // of FRONT - BLACK
 constexpr float kLeastShare = 0.6f;       // of a dot's pixels in one region
 constexpr size_t kFewestPixels = 300;
-constexpr double kOffsetSigma = 0.003;    // of the black level, relative to FRONT - BLACK
-constexpr double kRidge = 300;            // dots see little of the tail's shape by themselves
+constexpr double kOffsetSigma = 0.003;  // of the black level, relative to FRONT - BLACK
+constexpr double kRidge = 300;          // dots see little of the tail's shape by themselves
 constexpr double kWeakRidge = 1;
 constexpr int kJackknifeGroups = 8;
-constexpr double kBlend_mm = 3;           // l_d goes from one region's to the next's over this
+constexpr double kBlend_mm = 3;  // l_d goes from one region's to the next's over this
 constexpr float kHighestReflectance = 0.97f;
 
 using ChannelEquations = std::array<KernelEquations, 3>;
@@ -75,8 +75,8 @@ PatternMetric mean_metric(const Burst& burst, const Geometry& geometry, const No
                           const DotPixels& dot) {
   PatternMetric sum(0, 0, 0);
   for (const cv::Point& p : dot.pixel) {
-    sum += metric_of(pattern_gradient(burst.session->projector, geometry.position_mm(p),
-                                      normals.diffuse[1](p)));
+    sum += metric_of(
+        pattern_gradient(burst.session->projector, geometry.position_mm(p), normals.diffuse[1](p)));
   }
   return sum / double(dot.pixel.size());
 }
@@ -174,8 +174,7 @@ void fit_channel(const std::vector<const KernelEquations*>& dots, double share, 
   // What the dots leave open: the answer without most of the pull towards the exponential kernel.
   const double open =
       deep.ld_mm - fit_deep_profile(solve_kernel(all, kOffsetSigma, kWeakRidge).weight).ld_mm;
-  region->ld_mm_stddev[c] =
-      std::hypot(deep.ld_mm_stddev, jackknife_stddev(dots, all), open);
+  region->ld_mm_stddev[c] = std::hypot(deep.ld_mm_stddev, jackknife_stddev(dots, all), open);
   region->deep_rms[c] = layers.deep_rms;
   region->alpha_dot[c] = layers.alpha_dot;
   region->alpha_dot_stddev[c] = layers.alpha_dot_stddev;
@@ -216,8 +215,8 @@ void borrow(const Labels& labels, size_t index, std::vector<RegionScattering>* r
   for (size_t i = 0; i < regions->size(); ++i) {
     if (!fitted(i)) continue;
     const RegionScattering& from = (*regions)[i];
-    const double all = double(std::count_if(regions->begin(), regions->end(),
-                                            [](const auto& r) { return r.dots > 0; }));
+    const double all = double(
+        std::count_if(regions->begin(), regions->end(), [](const auto& r) { return r.dots > 0; }));
     const double share = sum > 0 ? weight[i + 1] / sum : 1 / all;
     for (size_t c = 0; c < 3; ++c) {
       taken.ld_mm[c] += share * from.ld_mm[c];

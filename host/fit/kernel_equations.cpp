@@ -9,10 +9,10 @@ namespace lamella::fit {
 namespace {
 
 constexpr int kSize = GaussianBasis::kSize;
-constexpr double kSumWeight = 1000;    // how much stiffer than the data the sum of 1 is
-constexpr double kSamples = 100;       // what the equations count as: neighbours' errors are alike
-constexpr double kRidgeFloor = 0.02;   // weights move by this against the pull of 1
-constexpr int kLengths = 48;           // exponential kernels to choose from
+constexpr double kSumWeight = 1000;   // how much stiffer than the data the sum of 1 is
+constexpr double kSamples = 100;      // what the equations count as: neighbours' errors are alike
+constexpr double kRidgeFloor = 0.02;  // weights move by this against the pull of 1
+constexpr int kLengths = 48;          // exponential kernels to choose from
 constexpr double kShortest_mm = 0.15, kLongest_mm = 4;
 
 using Matrix = Eigen::Matrix<double, kSize, kSize>;
@@ -126,8 +126,7 @@ Weights exponential_kernel(double l_mm) {
 
 Kernel solve_kernel(const KernelEquations& equations, double offset_sigma, double ridge) {
   // The offset is eliminated: whatever the weights, its best value is linear in them.
-  const double stiffness =
-      equations.left(kSize, kSize) + 1 / (offset_sigma * offset_sigma);
+  const double stiffness = equations.left(kSize, kSize) + 1 / (offset_sigma * offset_sigma);
   const Vector coupling = equations.left.topRightCorner<kSize, 1>();
   const double scale = kSamples / std::max(equations.count, 1.0);
   const Matrix h = scale * (equations.left.topLeftCorner<kSize, kSize>() -
@@ -138,9 +137,9 @@ Kernel solve_kernel(const KernelEquations& equations, double offset_sigma, doubl
     return as_vector(w).dot(h * as_vector(w)) - 2 * g.dot(as_vector(w));
   };
   const std::vector<Weights>& simple = exponential_kernels();
-  const Vector prior = as_vector(*std::min_element(
-      simple.begin(), simple.end(),
-      [&](const Weights& a, const Weights& b) { return cost(a) < cost(b); }));
+  const Vector prior = as_vector(
+      *std::min_element(simple.begin(), simple.end(),
+                        [&](const Weights& a, const Weights& b) { return cost(a) < cost(b); }));
   const Vector pull = ridge * (prior.array() + kRidgeFloor).square().inverse();
   const double sum_weight = kSumWeight * h.trace() / kSize;
   Matrix a = h;

@@ -12,14 +12,14 @@ namespace lamella::fit {
 
 namespace {
 
-constexpr double kTransport_mm = 0.38;       // 1/sigma_t' of dermis, 2 to 4 per mm in the literature
-constexpr double kTransportSpread = 0.15;    // one sigma of its logarithm
-constexpr double kKernelError = 0.05;        // relative, of what the dots say of the kernel
+constexpr double kTransport_mm = 0.38;     // 1/sigma_t' of dermis, 2 to 4 per mm in the literature
+constexpr double kTransportSpread = 0.15;  // one sigma of its logarithm
+constexpr double kKernelError = 0.05;      // relative, of what the dots say of the kernel
 constexpr double kLongest_mm = 8, kShortest_mm = 0.1;
 constexpr double kHighestAlpha = 0.9999, kLowestAlpha = 0.02;
 constexpr double kShortestShallowLd_mm = 0.1, kLongestShallowLd_mm = 4;
-constexpr double kSmallestShare = 0.02;      // a layer with less is within the noise
-constexpr double kSmallestTotal = 0.01;      // a slab that reflects less is outside diffusion
+constexpr double kSmallestShare = 0.02;  // a layer with less is within the noise
+constexpr double kSmallestTotal = 0.01;  // a slab that reflects less is outside diffusion
 
 struct Sample {
   double r_mm, value, weight;
@@ -49,8 +49,8 @@ struct TailResidual {
     using std::log;
     const Real ld = exp(*log_ld), z_r = exp(*log_transport);
     const Real z_v = z_r * (1.0 + 4.0 / 3.0 * model::kBoundaryFactor);
-    const Real shape = model::source_term(z_r, ld, sample.r_mm) +
-                       model::source_term(z_v, ld, sample.r_mm);
+    const Real shape =
+        model::source_term(z_r, ld, sample.r_mm) + model::source_term(z_v, ld, sample.r_mm);
     *residual = sample.weight * (*log_amplitude + log(shape / sample.value)) / kKernelError;
     return true;
   }
@@ -151,10 +151,9 @@ double descend(const std::vector<LayeredResidual>& residuals, LayeredParameters*
 LayeredParameters fit_parameters(const std::vector<LayeredResidual>& residuals, double deep_s) {
   LayeredParameters best{};
   double least = std::numeric_limits<double>::infinity();
-  for (LayeredParameters start : {LayeredParameters{deep_s, 0.3, std::log(0.4)},
-                                  LayeredParameters{1.2, 0.17, std::log(1.3)},
-                                  LayeredParameters{0.65, 0.16, std::log(1.9)},
-                                  LayeredParameters{1.2, 1.0, std::log(0.5)}}) {
+  for (LayeredParameters start :
+       {LayeredParameters{deep_s, 0.3, std::log(0.4)}, LayeredParameters{1.2, 0.17, std::log(1.3)},
+        LayeredParameters{0.65, 0.16, std::log(1.9)}, LayeredParameters{1.2, 1.0, std::log(0.5)}}) {
     const double cost = descend(residuals, &start);
     if (cost >= least) continue;
     least = cost;
@@ -172,8 +171,7 @@ LayeredProfile profile_at(const std::vector<LayeredResidual>& residuals, Layered
   profile.shallow_ld_mm = std::exp(at.log_shallow_ld);
   profile.alpha_dot_stddev = 2 * at.deep_s / 3 * stddev_of(&problem, &at.deep_s);
   profile.shallow_alpha_stddev = 2 * at.shallow_s / 3 * stddev_of(&problem, &at.shallow_s);
-  profile.shallow_ld_mm_stddev =
-      profile.shallow_ld_mm * stddev_of(&problem, &at.log_shallow_ld);
+  profile.shallow_ld_mm_stddev = profile.shallow_ld_mm * stddev_of(&problem, &at.log_shallow_ld);
   double error = 0;
   for (const LayeredResidual& residual : residuals) {
     double value = 0;
@@ -185,8 +183,7 @@ LayeredProfile profile_at(const std::vector<LayeredResidual>& residuals, Layered
 }
 
 void judge_shallow(double share, double thickness_mm, LayeredProfile* profile) {
-  const model::Multipole<double> slab{profile->shallow_alpha, profile->shallow_ld_mm,
-                                      thickness_mm};
+  const model::Multipole<double> slab{profile->shallow_alpha, profile->shallow_ld_mm, thickness_mm};
   profile->shallow_fitted = true;
   if (share < kSmallestShare) {
     profile->shallow_fitted = false;
@@ -208,10 +205,9 @@ DeepProfile fit_deep_profile(const GaussianBasis::Weights& kernel) {
         new ceres::AutoDiffCostFunction<TailResidual, 1, 1, 1, 1>(new TailResidual{sample}),
         nullptr, &log_ld, &log_transport, &log_amplitude);
   }
-  problem.AddResidualBlock(
-      new ceres::AutoDiffCostFunction<LogPrior, 1, 1>(
-          new LogPrior{std::log(kTransport_mm), kTransportSpread}),
-      nullptr, &log_transport);
+  problem.AddResidualBlock(new ceres::AutoDiffCostFunction<LogPrior, 1, 1>(
+                               new LogPrior{std::log(kTransport_mm), kTransportSpread}),
+                           nullptr, &log_transport);
   ceres::Solver::Summary summary;
   ceres::Solve(quiet_options(), &problem, &summary);
   DeepProfile deep;

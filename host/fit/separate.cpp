@@ -1,6 +1,7 @@
+#include <tbb/enumerable_thread_specific.h>
+
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
-#include <tbb/enumerable_thread_specific.h>
 
 #include "base/parallel.h"
 #include "fit/diffuse_total.h"
@@ -12,12 +13,13 @@ namespace lamella::fit {
 
 namespace {
 
-constexpr float kDarkest = 1e-3f;        // FRONT - BLACK below this is shadow
-constexpr float kModelError = 0.01f;     // of FRONT - BLACK: what a planar, even surface leaves out
-constexpr double kRidge = 10;             // the kernel that gives the stripes their shape
+constexpr float kDarkest = 1e-3f;     // FRONT - BLACK below this is shadow
+constexpr float kModelError = 0.01f;  // of FRONT - BLACK: what a planar, even surface leaves out
+constexpr double kRidge = 10;         // the kernel that gives the stripes their shape
 constexpr int kPhaseWindow_px = 3;
 constexpr float kPhaseError_turns = 0.06f;  // on the flanks a sample tells phase more than swing
-constexpr float kSwingSpread = 0.15f;    // how far one pixel's swing is from its region's
+constexpr float kLeastOfRegion = 0.4f;      // of the region's swing
+constexpr float kSwingSpread = 0.15f;       // how far one pixel's swing is from its region's
 
 using PerChannel = std::array<StripeBins, 3>;
 using Shapes = std::vector<std::array<StripeShape, 3>>;  // by label - 1
@@ -110,7 +112,9 @@ class Stripes {
         bottom += weight * g * g;
       }
     }
-    return {std::clamp(top / bottom, 0.f, 1.f), 1 / bottom};
+    // Far below its region's: the phase is wrong, as at a silhouette, not the skin.
+    if (top / bottom < kLeastOfRegion * shape.swing(row)) return {shape.swing(row), 1 / prior};
+    return {std::min(top / bottom, 1.f), 1 / bottom};
   }
 
  private:

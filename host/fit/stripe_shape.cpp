@@ -7,7 +7,7 @@ namespace lamella::fit {
 
 namespace {
 
-constexpr int kHighestHarmonic = 63;       // a square wave that the narrowest Gaussian blurs
+constexpr int kHighestHarmonic = 63;  // a square wave that the narrowest Gaussian blurs
 constexpr double kNegligibleTransfer = 1e-5;
 
 double row_centre(int row) { return (row + 0.5) / StripeBins::kFrequencies; }

@@ -24,9 +24,7 @@ class StripeDesign {
   }
 
   // The same in the middle of a white stripe.
-  const KernelEquations::Vector& middle(int frequency) const {
-    return middle_[size_t(frequency)];
-  }
+  const KernelEquations::Vector& middle(int frequency) const { return middle_[size_t(frequency)]; }
 
  private:
   std::vector<KernelEquations::Vector> rows_, middle_;
@@ -75,7 +73,8 @@ class StripeShape {
   // d at/d phase, per turn.
   float slope(int row, int column) const {
     const int last = StripeBins::kPhases - 1;
-    return 0.5f * StripeBins::kPhases * (at(row, (column + 1) & last) - at(row, (column - 1) & last));
+    return 0.5f * StripeBins::kPhases *
+           (at(row, (column + 1) & last) - at(row, (column - 1) & last));
   }
 
   // The swing that the kernel itself would show: A/(FRONT - BLACK).

@@ -7,7 +7,9 @@
 #include <OpenEXR/ImfOutputFile.h>
 #include <OpenEXR/ImfTestFile.h>
 
-#include <atomic>
+#include <array>
+#include <fstream>
+#include <stdexcept>
 
 #include "base/error.h"
 #include "io/whole_file.h"
@@ -16,6 +18,8 @@ namespace lamella {
 
 namespace {
 
+constexpr uint32_t kExrMagic = 20000630;
+constexpr uint32_t kExrDeepOrMultiPart = 0x800 | 0x1000;
 constexpr int kZipLevel = 1;  // level 4 halves the speed for 3 % of the size of float maps
 
 // Half values converted by OpenEXR into our own float planes (or interleaved vectors).
@@ -70,6 +74,28 @@ void bound_headers() {
   (void)once;
 }
 
+// OpenEXR allocates what an attribute says is its size before it looks whether the file has that
+// much, and so does not survive every damaged header: look first. What is wrong, or nothing.
+std::string problem_of_header(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  const auto integer = [&] {
+    std::array<unsigned char, 4> b{};
+    in.read(reinterpret_cast<char*>(b.data()), 4);
+    return b[0] | uint32_t(b[1]) << 8 | uint32_t(b[2]) << 16 | uint32_t(b[3]) << 24;
+  };
+  const uintmax_t file_bytes = fs::file_size(path);
+  if (integer() != kExrMagic || !in) return "it does not begin like one";
+  if (integer() & kExrDeepOrMultiPart) return "deep or of several parts";
+  std::string name, type;
+  while (std::getline(in, name, '\0') && !name.empty()) {
+    std::getline(in, type, '\0');
+    const uint32_t size = integer();
+    if (!in || size > file_bytes) return "its attribute \"" + name.substr(0, 32) + "\" is cut";
+    in.seekg(size, std::ios::cur);
+  }
+  return in ? "" : "its header is cut";
+}
+
 template <class Read>
 auto reading(const fs::path& path, const Read& read) {
   std::error_code failed;
@@ -77,6 +103,8 @@ auto reading(const fs::path& path, const Read& read) {
   if (!fs::is_regular_file(path, failed)) throw_bad_input(path.string(), "not a file");
   try {
     bound_headers();
+    const std::string problem = problem_of_header(path);
+    if (!problem.empty()) throw std::runtime_error(problem);
     Imf::InputFile file(path.c_str(), 0);
     return read(file);
   } catch (const Error&) {

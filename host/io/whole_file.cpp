@@ -33,7 +33,7 @@ fs::path make_folders(const fs::path& folder) {
     first = p;
     if (p == p.parent_path()) break;
   }
-  fs::create_directories(folder);
+  if (!folder.empty()) fs::create_directories(folder);  // empty: the current folder
   return first;
 }
 

@@ -11,6 +11,8 @@ namespace lamella::render {
 namespace {
 
 constexpr int kRimPixels = 2;
+// A surface seen from its side falls away fast: the rim goes no further than this a pixel.
+constexpr float kLongestRimMm = 3;
 constexpr int kRelaxations = 150;
 const cv::Point kAround[8] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}, {1, 1}, {-1, 1}, {-1, -1}, {1, -1}};
 
@@ -93,7 +95,8 @@ void extend_rim(Image3* position_mm) {
       for (const cv::Point& d : kAround) {
         const cv::Point near = cv::Point(j, i) + d, next = near + d;
         if (!inside(before, next) || !is_finite(before(near)) || !is_finite(before(next))) continue;
-        sum += before(near) * 2 - before(next);
+        const Vec3 onward = before(near) - before(next);
+        sum += before(near) + onward * std::min(1.f, kLongestRimMm / length(onward));
         ++count;
       }
       if (count > 0) (*position_mm)(i, j) = sum * (1 / count);

@@ -119,7 +119,7 @@ void Panels::draw_layers(Look* look, LightState* light) const {
     if (name != names[0]) ImGui::SameLine();
     if (ImGui::Button(name)) *light = {lighting_named(name), true};
   }
-  ImGui::TextDisabled("drag: camera   right drag: key light   wheel: distance");
+  ImGui::TextDisabled("drag: camera   right drag: key light\nwheel: distance   1 to 4: layers");
 }
 
 void Panels::draw_maps(Look* look) {

@@ -4,9 +4,13 @@
 #include "apps/commands.h"
 #include "apps/compare_folders.h"
 #include "apps/compare_images.h"
+#include "apps/compare_npz.h"
+#include "apps/compare_profile.h"
 #include "base/error.h"
 #include "io/json.h"
 #include "io/layer_maps.h"
+#include "io/whole_file.h"
+#include "model/dipole.h"
 
 namespace lamella::apps {
 namespace {
@@ -172,6 +176,53 @@ TEST(Folders, ShowWhatIsWrongWhereItIs) {
   EXPECT_EQ(f["summary"]["regions_without_a_figure"][0], "skin");
   const std::string table = comparison_table(f);
   EXPECT_NE(table.find("2.20 / 2.00"), std::string::npos) << table;
+}
+
+// The smallest .npz: members stored, not deflated.
+std::string stored_npz(const std::string& name, const std::string& npy) {
+  const auto little = [](size_t value, int bytes) {
+    std::string text;
+    for (int i = 0; i < bytes; ++i) text += char(value >> (8 * i) & 255);
+    return text;
+  };
+  const std::string sizes = little(npy.size(), 4) + little(npy.size(), 4) + little(name.size(), 2);
+  const std::string local = "PK\3\4" + std::string(14, '\0') + sizes + little(0, 2) + name + npy;
+  const std::string entry = "PK\1\2" + std::string(16, '\0') + sizes + std::string(16, '\0') + name;
+  return local + entry + "PK\5\6" + std::string(4, '\0') + little(1, 2) + little(1, 2) +
+         little(entry.size(), 4) + little(local.size(), 4) + little(0, 2);
+}
+
+TEST(Npz, GivesShapeAndValuesAndRefusesWhatIsCutShort) {
+  const Folder folder;
+  std::string header = "{'descr': '<f4', 'fortran_order': False, 'shape': (2, 3), }\n";
+  std::string npy = std::string("\x93NUMPY\1\0", 8) + char(header.size()) + '\0' + header;
+  const float values[6] = {1, 2, 3, 4, 5, 6};
+  npy.append(reinterpret_cast<const char*>(values), sizeof values);
+  write_whole_text(folder / "a.npz", stored_npz("R.npy", npy));
+  const NpzArray array = read_npz(folder / "a.npz", "R");
+  EXPECT_EQ(array.shape, (std::vector<size_t>{2, 3}));
+  EXPECT_EQ(array.values[4], 5);
+  EXPECT_THROW(read_npz(folder / "a.npz", "r"), Error);
+  npy.resize(npy.size() - 4);
+  write_whole_text(folder / "short.npz", stored_npz("R.npy", npy));
+  EXPECT_THROW(read_npz(folder / "short.npz", "R"), Error);
+}
+
+TEST(ProfileL1, IsNothingForTheDipoleItselfAndGrowsWithItsLength) {
+  v1::Region region;
+  for (int c = 0; c < 3; ++c) {
+    region.mutable_deep()->add_ld_mm(1 + 0.2 * c);
+    region.mutable_deep()->add_alpha_dot(0.9);
+  }
+  TrueProfile truth;
+  for (int i = 0; i < 1600; ++i) {
+    truth.r_mm.push_back(0.01 * i + 0.005);
+    truth.reflectance.push_back(
+        3 * model::dipole_reflectance(model::Dipole<double>{0.9, 1.0}, truth.r_mm.back()));
+  }
+  EXPECT_NEAR(profile_L1(region, 0, 0.4, 0, truth), 0, 1e-9);
+  EXPECT_GT(profile_L1(region, 1, 0.4, 0, truth), 0.05);
+  EXPECT_GT(profile_L1(region, 2, 0.4, 0, truth), profile_L1(region, 1, 0.4, 0, truth));
 }
 
 TEST(Compare, ExitsWithOneBelowTheQualityAskedAndThrowsOnBadInput) {

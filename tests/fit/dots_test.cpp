@@ -13,7 +13,9 @@ using testing::LitPlane;
 using testing::RadialKernel;
 
 RadialKernel dipole(double alpha, double ld_mm) {
-  return [=](double r) { return model::dipole_reflectance(model::Dipole<double>{alpha, ld_mm}, r); };
+  return [=](double r) {
+    return model::dipole_reflectance(model::Dipole<double>{alpha, ld_mm}, r);
+  };
 }
 
 // alpha' whose transport length is 0.38 mm, as in dermis.
@@ -59,8 +61,7 @@ TEST(DotPattern, BlurredTableAgreesWithBruteForceOnASlantedSurface) {
   const BlurredDots table = pattern.blurred(metric);
   const int j = 8;
   const double s = GaussianBasis::sigma_mm(j);
-  const auto points =
-      testing::spread([&](double r) { return std::exp(-r * r / (2 * s * s)); });
+  const auto points = testing::spread([&](double r) { return std::exp(-r * r / (2 * s * s)); });
   for (const Vec2 at : {Vec2(640, 400), Vec2(645, 403), Vec2(660, 425)}) {
     double expected = 0;
     for (const auto& [o, w] : points) {
@@ -123,9 +124,9 @@ TEST(LayeredProfile, DeepAndShallowTogetherIntegrateToTheKernel) {
   const model::Dipole<double> dermis{layers.alpha_dot, deep.ld_mm};
   double difference = 0, light = 0;
   for (double r = 0.1; r < 8; r *= 1.02) {
-    const double sum = 0.5 * model::multipole_reflectance(slab, r) / model::multipole_total(slab) +
-                       0.5 * model::dipole_reflectance(dermis, r) /
-                           model::diffuse_reflectance(layers.alpha_dot);
+    const double sum =
+        0.5 * model::multipole_reflectance(slab, r) / model::multipole_total(slab) +
+        0.5 * model::dipole_reflectance(dermis, r) / model::diffuse_reflectance(layers.alpha_dot);
     const double truth = GaussianBasis::profile(kernel, r);
     difference += r * r * std::abs(sum - truth);
     light += r * r * truth;
@@ -135,8 +136,7 @@ TEST(LayeredProfile, DeepAndShallowTogetherIntegrateToTheKernel) {
 
 TEST(LayeredProfile, ShallowLayerThatTheStripesDoNotSeeIsDroppedWithAReason) {
   const GaussianBasis::Weights kernel = exponential_kernel(0.8);
-  const LayeredProfile layers =
-      fit_layered_profile(kernel, fit_deep_profile(kernel), 0.001, 0.5);
+  const LayeredProfile layers = fit_layered_profile(kernel, fit_deep_profile(kernel), 0.001, 0.5);
   EXPECT_FALSE(layers.shallow_fitted);
   EXPECT_FALSE(layers.shallow_why.empty());
 }
@@ -157,8 +157,7 @@ TEST(Kernel, WeightsAreNotNegativeAndSumToOne) {
     sum += w;
   }
   EXPECT_NEAR(sum, 1, 1e-9);
-  EXPECT_NEAR(GaussianBasis::profile(kernel.weight, 1.0) /
-                  (std::exp(-1 / 0.7) / (2 * M_PI * 0.7)),
+  EXPECT_NEAR(GaussianBasis::profile(kernel.weight, 1.0) / (std::exp(-1 / 0.7) / (2 * M_PI * 0.7)),
               1, 0.15);
 }
 

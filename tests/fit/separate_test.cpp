@@ -38,7 +38,8 @@ double mean_share(const LitPlane& plane, const Separation& s, int quarter) {
     for (int x = 4; x < testing::kWidth - 4; ++x) {
       const float u = plane.geometry.projector_px(y, x)[0];
       if (quarter >= 0 && int(2 * (u - 2 * std::floor(u / 2))) != quarter) continue;
-      sum += double(s.shallow_albedo(y, x)[1] / (s.shallow_albedo(y, x)[1] + s.deep_albedo(y, x)[1]));
+      sum +=
+          double(s.shallow_albedo(y, x)[1] / (s.shallow_albedo(y, x)[1] + s.deep_albedo(y, x)[1]));
       count += 1;
     }
   }

@@ -2,6 +2,7 @@
 // takes what it can use, or gives up with one line.
 #include <arpa/inet.h>
 #include <fuzzer/FuzzedDataProvider.h>
+#include <google/protobuf/stubs/logging.h>
 #include <sys/socket.h>
 
 #include <thread>
@@ -72,7 +73,7 @@ std::string stream_of(const uint8_t* bytes, size_t size) {
   return stream;
 }
 
-// A socket that listens on loopback, for as long as the fuzzer runs.
+// A socket that listens on loopback.
 int listener(std::string* address) {
   const int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   sockaddr_in place{};
@@ -88,6 +89,7 @@ int listener(std::string* address) {
 
 void answer(int listening, const std::string& stream) {
   const int fd = accept(listening, nullptr, nullptr);
+  close(listening);  // a second connection is refused at once
   if (fd < 0) std::abort();
   send(fd, stream.data(), stream.size(), MSG_NOSIGNAL);
   shutdown(fd, SHUT_WR);
@@ -101,6 +103,8 @@ void talk(const std::string& address) {
   LinkOptions options;
   options.retries = 0;
   options.backoff_s = 0;
+  options.reply_s = 1;
+  options.burst_margin_s = 1;
   LinkClient client(address, options);
   const Burst burst = client.run_burst("");
   for (const v1::FrameOffer& offer : client.offers(burst)) client.photograph(offer);
@@ -110,9 +114,14 @@ void talk(const std::string& address) {
 
 }  // namespace
 
+extern "C" int LLVMFuzzerInitialize(int*, char***) {
+  google::protobuf::SetLogHandler(nullptr);  // as the program does
+  return 0;
+}
+
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* bytes, size_t size) {
-  static std::string address;
-  static const int listening = listener(&address);
+  std::string address;
+  const int listening = listener(&address);
   const std::string stream = stream_of(bytes, size);
   std::thread rig([&] { answer(listening, stream); });
   fuzz::expect_error_or_nothing([&] { talk(address); });

@@ -6,22 +6,22 @@
 
 namespace {
 
-// A session folder with the two files that the seed's manifest names.
-std::filesystem::path session_folder() {
-  static const std::filesystem::path folder = [] {
-    std::string name = "/tmp/lamella-fuzz-XXXXXX";
-    if (!mkdtemp(name.data())) std::abort();
-    std::ofstream(name + "/f.exr") << "never opened";
-    std::atexit([] { std::filesystem::remove_all(session_folder()); });
-    return std::filesystem::path(name);
-  }();
-  return folder;
-}
+// A session folder with the one file that the seed's manifest names.
+struct SessionFolder {
+  std::string path = "/tmp/lamella-fuzz-XXXXXX";
+
+  SessionFolder() {
+    if (!mkdtemp(path.data())) std::abort();
+    std::ofstream(path + "/f.exr") << "never opened";
+  }
+  ~SessionFolder() { std::filesystem::remove_all(path); }
+};
 
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* bytes, size_t size) {
-  const auto folder = session_folder();
+  static const SessionFolder session_folder;
+  const std::filesystem::path folder = session_folder.path;
   std::ofstream(folder / "session.json", std::ios::binary)
       .write(reinterpret_cast<const char*>(bytes), std::streamsize(size));
   lamella::fuzz::expect_error_or_nothing([&] {

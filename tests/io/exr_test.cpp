@@ -84,6 +84,15 @@ TEST(Exr, RefusesWhatIsNotAnExrFile) {
   }
 }
 
+// OpenEXR itself would allocate the two gigabytes first.
+TEST(Exr, RefusesAnAttributeLongerThanTheFile) {
+  const ScratchFolder scratch;
+  const fs::path file = scratch.path() / "a.exr";
+  const std::string header("\x76\x2f\x31\x01\x02\0\0\0note\0string\0\xff\xff\xff\x7f", 24);
+  std::ofstream(file, std::ios::binary) << header << "short";
+  EXPECT_TRUE(names(complaint([&] { read_exr_rgb(file); }), {"a.exr", "\"note\" is cut"}));
+}
+
 TEST(Exr, LeavesNothingBehindWhereItCannotWrite) {
   const ScratchFolder scratch;
   std::ofstream(scratch.path() / "file") << "in the way";

@@ -24,6 +24,18 @@ TEST(WholeFile, AppearsOnlyWhenItIsWhole) {
   EXPECT_EQ(scratch.contents(), Names{"report.txt"});
 }
 
+TEST(WholeFile, LikeAWholeFolderMayBeGivenByABareName) {
+  const ScratchFolder scratch;
+  const fs::path before = fs::current_path();
+  fs::current_path(scratch.path());
+  write_whole_text("bare.txt", "here");
+  WholeFolder whole("bare_folder");
+  whole.commit();
+  EXPECT_EQ(read_text("bare.txt"), "here");
+  EXPECT_TRUE(fs::is_directory("bare_folder"));
+  fs::current_path(before);
+}
+
 TEST(WholeFile, LeavesTheOldOneWhereTheNewOneFails) {
   const ScratchFolder scratch;
   const fs::path file = scratch.path() / "report.txt";

@@ -47,8 +47,8 @@ TEST(Multipole, SlabMuchThinnerThanAMeanFreePathReflectsLessThanNothing) {
 TEST(Multipole, ThickSlabIsTheHalfSpace) {
   const Multipole<double> slab{0.7, 0.8, 30.0};
   EXPECT_NEAR(multipole_total(slab), diffuse_reflectance(0.7), 1e-9);
-  EXPECT_NEAR(multipole_reflectance(slab, 0.7),
-              dipole_reflectance(Dipole<double>{0.7, 0.8}, 0.7), 1e-9);
+  EXPECT_NEAR(multipole_reflectance(slab, 0.7), dipole_reflectance(Dipole<double>{0.7, 0.8}, 0.7),
+              1e-9);
 }
 
 TEST(Multipole, IsFiniteOnTheAxisAndFarAway) {
