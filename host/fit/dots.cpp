@@ -18,8 +18,9 @@ constexpr float kModelError = 0.01f;      // of FRONT - BLACK
 constexpr float kLeastShare = 0.6f;       // of a dot's pixels in one region
 constexpr size_t kFewestPixels = 300;
 constexpr double kOffsetSigma = 0.003;  // of the black level, relative to FRONT - BLACK
-constexpr double kRidge = 300;          // dots see little of the tail's shape by themselves
-constexpr double kWeakRidge = 1;
+// Pull of the exponential kernel: weak, it lets the tail be what the dots say; strong, it keeps
+// noise out of the body, where renderers see every wiggle.
+constexpr double kTailRidge = 3, kBodyRidge = 300;
 constexpr int kJackknifeGroups = 8;
 constexpr double kBlend_mm = 3;  // l_d goes from one region's to the next's over this
 constexpr float kHighestReflectance = 0.97f;
@@ -129,7 +130,7 @@ double jackknife_stddev(const std::vector<const KernelEquations*>& dots,
   for (int g = 0; g < groups; ++g) {
     KernelEquations rest = all;
     for (size_t i = size_t(g); i < dots.size(); i += size_t(groups)) rest += dots[i]->scaled(-1);
-    ld[size_t(g)] = fit_deep_profile(solve_kernel(rest, kOffsetSigma, kRidge).weight).ld_mm;
+    ld[size_t(g)] = fit_deep_profile(solve_kernel(rest, kOffsetSigma, kTailRidge).weight).ld_mm;
   }
   double mean = 0, square = 0;
   for (double x : ld) mean += x / groups;
@@ -166,14 +167,13 @@ void fit_channel(const std::vector<const KernelEquations*>& dots, double share, 
                  RegionScattering* region) {
   KernelEquations all;
   for (const KernelEquations* dot : dots) all += *dot;
-  const Kernel kernel = solve_kernel(all, kOffsetSigma, kRidge);
-  const DeepProfile deep = fit_deep_profile(kernel.weight);
-  const LayeredProfile layers =
-      fit_layered_profile(kernel.weight, deep, share, region->thickness_mm);
+  const Kernel tail = solve_kernel(all, kOffsetSigma, kTailRidge);
+  const Kernel body = solve_kernel(all, kOffsetSigma, kBodyRidge);
+  const DeepProfile deep = fit_deep_profile(tail.weight);
+  const LayeredProfile layers = fit_layered_profile(body.weight, deep, share, region->thickness_mm);
   region->ld_mm[c] = deep.ld_mm;
-  // What the dots leave open: the answer without most of the pull towards the exponential kernel.
-  const double open =
-      deep.ld_mm - fit_deep_profile(solve_kernel(all, kOffsetSigma, kWeakRidge).weight).ld_mm;
+  // What the dots leave open is what the pull decides.
+  const double open = deep.ld_mm - fit_deep_profile(body.weight).ld_mm;
   region->ld_mm_stddev[c] = std::hypot(deep.ld_mm_stddev, jackknife_stddev(dots, all), open);
   region->deep_rms[c] = layers.deep_rms;
   region->alpha_dot[c] = layers.alpha_dot;
