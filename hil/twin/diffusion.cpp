@@ -11,6 +11,7 @@ namespace {
 
 constexpr float kFinestSide = 0.4f;  // mm
 constexpr float kReach = 16.f;       // mm, where the profiles end
+constexpr int kTogether = 4;         // lights convolved in one pass
 constexpr float kOpening = 4.5f;     // a patch nearer than this many of its radii is opened
 
 PatchTree::Patch merge(const std::vector<PatchTree::Patch>& parts) {
@@ -205,21 +206,23 @@ void Diffusion::scatter_block(const ScatterTargets& targets, const std::vector<i
 std::vector<std::vector<Vec3>> Diffusion::scatter(
     const ScatterTargets& targets, const std::vector<const PatchLight*>& lights) const {
   std::vector<std::vector<Vec3>> result;
-  for (size_t first = 0; first < lights.size();) {
-    const size_t count = lights.size() - first >= 4 ? 4 : 1;
-    const std::vector<const PatchLight*> some(lights.begin() + long(first),
-                                              lights.begin() + long(first + count));
-    std::vector<std::vector<Vec3>> part(count, std::vector<Vec3>(targets.position_mm.size()));
+  for (size_t first = 0; first < lights.size(); first += kTogether) {
+    const size_t count = std::min(lights.size() - first, size_t(kTogether));
+    std::vector<const PatchLight*> some(lights.begin() + long(first),
+                                        lights.begin() + long(first + count));
+    if (count > 1) some.resize(kTogether, some.back());  // a full register costs little more
+    std::vector<std::vector<Vec3>> part(some.size(),
+                                        std::vector<Vec3>(targets.position_mm.size()));
     parallel_for(int(targets.blocks.size()), [&](int b) {
       const std::vector<int>& block = targets.blocks[size_t(b)];
-      if (count == 4) {
-        scatter_block<4>(targets, block, some, &part);
+      if (count > 1) {
+        scatter_block<kTogether>(targets, block, some, &part);
       } else {
         scatter_block<1>(targets, block, some, &part);
       }
     }, 4);
+    part.resize(count);
     for (auto& radiance : part) result.push_back(std::move(radiance));
-    first += count;
   }
   return result;
 }

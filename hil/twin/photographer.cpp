@@ -18,7 +18,10 @@ Photographer::Photographer(const Options& options)
   projector_ = std::make_unique<PointLight>(surface_, Vec3(rig_.projector.centre_mm()));
   find_pattern_places();
   diffusion_ = std::make_unique<Diffusion>(surface_, profiles_);
-  for (const Skin& skin : skins_) loss_.emplace_back(skin.roughness);
+  for (size_t k = 0; k < skins_.size(); ++k) {
+    loss_.emplace_back(skins_[k].roughness);
+    for (int c = 0; c < 3; ++c) single_albedo_[k][c] = single_albedo(skins_[k], c);
+  }
   left_ = see(rig_.left);
   right_ = see(*rig_.right);
 }
@@ -101,13 +104,10 @@ Vec3 Photographer::keeps_polarization(const Receivers& r, size_t i, const Vec3& 
     lobe += regions[k] * surface_lobe(n, l, v, skins_[k].roughness);
     transmitted += regions[k] * (1.f - std::min(1.f, c * loss_[k](nl))) *
                    (1.f - std::min(1.f, c * loss_[k](nv)));
-    for (int ch = 0; ch < 3; ++ch) albedo[ch] += regions[k] * single_albedo(skins_[k], ch);
+    albedo += single_albedo_[k] * regions[k];
   }
-  Vec3 f = Vec3::all(r.intensity[i] * lobe);
-  for (int ch = 0; ch < 3; ++ch) {
-    f[ch] += albedo[ch] * single_scattering(n, l, v, kPhaseG[size_t(ch)], transmitted);
-  }
-  return f * (kPi * nl);
+  const Vec3 below = single_scattering(n, l, v, transmitted).mul(albedo);
+  return (Vec3::all(r.intensity[i] * lobe) + below) * (kPi * nl);
 }
 
 Radiance Photographer::polarized_leds(const Receivers& r, const std::vector<float>& levels) const {

@@ -76,6 +76,7 @@ class Photographer {
   std::vector<std::array<Vec2, 4>> pattern_places_;
   std::unique_ptr<Diffusion> diffusion_;
   std::vector<LobeLoss> loss_;
+  std::array<Vec3, kRegionCount> single_albedo_;
   Receivers left_, right_;
 };
 

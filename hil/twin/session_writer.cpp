@@ -108,18 +108,23 @@ std::vector<Shot> burst(const Session& rig, const std::string& camera) {
   return shots;
 }
 
-void write_session(const fs::path& folder, const Photographer& photographer, Studio* studio) {
-  Session session = photographer.rig();
-  std::vector<Shot> shots;
+void prepare_burst(const Session& rig, Studio* studio) {
   for (const char* camera : {"left", "right"}) {
     std::vector<LightState> lights;
-    for (Shot& shot : burst(session, camera)) {
+    const std::vector<Shot> shots = burst(rig, camera);
+    for (const Shot& shot : shots) {
       const LightState& light = shot.exposure.contributions[0].light;
       if (std::find(lights.begin(), lights.end(), light) == lights.end()) lights.push_back(light);
-      shots.push_back(std::move(shot));
     }
-    studio->prepare(camera == std::string("left") ? 0 : 1, lights);
+    studio->prepare(shots[0].exposure.camera, lights);
   }
+}
+
+void write_session(const fs::path& folder, const Photographer& photographer, Studio* studio) {
+  Session session = photographer.rig();
+  prepare_burst(session, studio);
+  std::vector<Shot> shots = burst(session, "left");
+  for (Shot& shot : burst(session, "right")) shots.push_back(std::move(shot));
   Progress progress("photographs", int(shots.size()));
   for (size_t i = 0; i < shots.size(); ++i) {
     const RawPhotograph photograph = studio->take(shots[i].exposure, i);

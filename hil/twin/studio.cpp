@@ -37,7 +37,7 @@ Vec3 radiance_scale(const Exposure& exposure) {
     leds = leds || c.light.is_leds();
   }
   const bool parallel = polarized > depolarized;
-  return Vec3::all(leds ? (parallel ? 0.8f : 0.36f) : (parallel ? 1.0f : 0.4f));
+  return Vec3::all(leds ? (parallel ? 0.8f : 0.36f) : (parallel ? 0.6f : 0.4f));
 }
 
 Studio::Studio(const Photographer& photographer, float noise, uint64_t seed)

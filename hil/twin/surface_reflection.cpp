@@ -55,12 +55,16 @@ float LobeLoss::operator()(float cosine) const {
   return loss_[size_t(i)] + (x - float(i)) * (loss_[size_t(i + 1)] - loss_[size_t(i)]);
 }
 
-float single_scattering(const Vec3& n, const Vec3& l, const Vec3& v, float g, float transmitted) {
+Vec3 single_scattering(const Vec3& n, const Vec3& l, const Vec3& v, float transmitted) {
   const Vec3 below_l = refracted(n, l), below_v = refracted(n, v);
   const float cosine = -dot(below_l, below_v);
-  const float q = 1.f + g * g - 2.f * g * cosine;
-  const float phase = (1.f - g * g) / (4.f * kPi * q * std::sqrt(q));
-  return transmitted * phase / (dot(n, below_l) + dot(n, below_v));
+  const float through = transmitted / (4.f * kPi * (dot(n, below_l) + dot(n, below_v)));
+  Vec3 f;
+  for (int c = 0; c < 3; ++c) {
+    const float g = kPhaseG[size_t(c)], q = 1.f + g * g - 2.f * g * cosine;
+    f[c] = through * (1.f - g * g) / (q * std::sqrt(q));
+  }
+  return f;
 }
 
 }  // namespace lamella::twin

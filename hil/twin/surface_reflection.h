@@ -27,8 +27,9 @@ class LobeLoss {
   std::array<float, kCount> loss_{};
 };
 
-// Eq. 3: albedo * T(l) T(v) p(cos) / (n.l' + n.v'), primes refracted, Henyey-Greenstein with the
-// cosine between the propagation directions. `transmitted` is T(l) T(v).
-float single_scattering(const Vec3& n, const Vec3& l, const Vec3& v, float g, float transmitted);
+// Eq. 3 with albedo 1, per channel: T(l) T(v) p(cos) / (n.l' + n.v'), primes refracted,
+// Henyey-Greenstein of `kPhaseG` with the cosine between the propagation directions. `transmitted`
+// is T(l) T(v).
+Vec3 single_scattering(const Vec3& n, const Vec3& l, const Vec3& v, float transmitted);
 
 }  // namespace lamella::twin

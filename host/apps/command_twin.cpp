@@ -75,7 +75,11 @@ void run_twin(const TwinArguments& a) {
     twin::write_truth(truth.path(), photographer);
     truth.commit();
   }
-  if (listener) twin::serve(*listener, photographer, &studio, [] { return stop_asked != 0; });
+  if (listener) {
+    // What a burst will most likely ask for; any other light is worked out when it comes.
+    twin::prepare_burst(photographer.rig(), &studio);
+    twin::serve(*listener, photographer, &studio, [] { return stop_asked != 0; });
+  }
 }
 
 }  // namespace

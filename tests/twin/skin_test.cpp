@@ -50,7 +50,7 @@ TEST(SurfaceLobe, HasADistributionThatIsNormalised) {
 TEST(SurfaceLobe, IsReciprocal) {
   const Vec3 n(0, 0, 1), l = unit({0.5f, 0.2f, 0.8f}), v = unit({-0.3f, 0.4f, 0.6f});
   EXPECT_FLOAT_EQ(surface_lobe(n, l, v, 0.3f), surface_lobe(n, v, l, 0.3f));
-  EXPECT_FLOAT_EQ(single_scattering(n, l, v, 0.66f, 0.9f), single_scattering(n, v, l, 0.66f, 0.9f));
+  EXPECT_FLOAT_EQ(single_scattering(n, l, v, 0.9f)[1], single_scattering(n, v, l, 0.9f)[1]);
 }
 
 TEST(SurfaceLobe, OfACleanInterfaceReflectsAsFresnelSays) {
@@ -68,7 +68,7 @@ TEST(SingleScattering, OfEquationThreeIsWhatThePhotonsDo) {
   const Vec3 n(0, 0, 1);
   const double expected = over_hemisphere([&](const Vec3& v) {
     const float through = (1 - fresnel(1.f, 1.f, kIor)) * (1 - fresnel(v[2], 1.f, kIor));
-    return single_albedo(skin, 0) * single_scattering(n, n, v, kPhaseG[0], through);
+    return single_albedo(skin, 0) * single_scattering(n, n, v, through)[0];
   });
   const double counted = walk.reflected[size_t(Fate::kSingle)];
   EXPECT_NEAR(counted, expected, 5 * std::sqrt(expected / photons));
