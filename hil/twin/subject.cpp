@@ -13,21 +13,20 @@ namespace {
 
 constexpr float kSphereRadius = 90.f;
 
-// Six sectors: a cap above, a band of four, a cap below.
+// Six wedges that meet at the front, so that every skin is seen at every angle to the light.
 RegionWeights sphere_regions(const Vec3& p) {
+  constexpr float kSoft = 3.f, kHalfWedge = kPi / kRegionCount;
+  const float out = std::hypot(p[0], p[1]), azimuth = std::atan2(p[1], p[0]);
   RegionWeights w{};
-  const float soft = 3.f;
-  const float top = smooth_step(38.f - soft, 38.f + soft, p[1]);
-  const float bottom = smooth_step(38.f - soft, 38.f + soft, -p[1]);
-  const float band = 1.f - top - bottom;
-  const float right = smooth_step(-soft, soft, p[0]);
-  const float outer = smooth_step(38.f - soft, 38.f + soft, std::abs(p[0]));
-  w[0] = top;
-  w[5] = bottom;
-  w[1] = band * (1.f - outer) * (1.f - right);
-  w[2] = band * (1.f - outer) * right;
-  w[3] = band * outer * (1.f - right);
-  w[4] = band * outer * right;
+  float sum = 0;
+  for (int k = 0; k < kRegionCount; ++k) {
+    const float from_middle =
+        std::abs(std::remainder(azimuth - (2 * k + 1) * kHalfWedge, 2 * kPi));
+    const float inside_mm = out * std::sin(std::max(kHalfWedge - from_middle, -kPi / 2));
+    w[size_t(k)] = smooth_step(-kSoft, kSoft, inside_mm);
+    sum += w[size_t(k)];
+  }
+  for (float& x : w) x /= sum;
   return w;
 }
 

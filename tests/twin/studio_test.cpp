@@ -8,6 +8,7 @@
 
 #include <atomic>
 #include <fstream>
+#include <numeric>
 #include <thread>
 
 #include "base/error.h"
@@ -78,6 +79,19 @@ TEST(Head, IsASolidWithEveryRegionInSight) {
   for (uint8_t label : r.label) ++count[label];
   for (int label = 1; label <= kRegionCount; ++label) EXPECT_GT(count[size_t(label)], 10) << label;
   EXPECT_GT(r.size(), 1000u);
+}
+
+TEST(Sphere, ShowsEveryRegionFromItsFrontToItsSide) {
+  const Subject sphere = make_sphere(1);
+  for (int k = 0; k < kRegionCount; ++k) {
+    const float a = (2 * float(k) + 1) * kPi / kRegionCount;
+    for (float out : {10.f, 40.f, 80.f}) {
+      const Vec3 p(out * std::cos(a), out * std::sin(a), std::sqrt(8100 - out * out));
+      const RegionWeights w = sphere.regions(p);
+      EXPECT_EQ(strongest_region(w), k + 1) << out;
+      EXPECT_NEAR(std::accumulate(w.begin(), w.end(), 0.f), 1.f, 1e-5f);
+    }
+  }
 }
 
 // A session on disk for the tests that read one.
