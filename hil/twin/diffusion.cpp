@@ -63,18 +63,21 @@ PatchTree::PatchTree(const Surface& surface) {
     Level& coarse = levels_[size_t(k)];
     coarse = {(fine.rows + 1) / 2, (fine.columns + 1) / 2, {}, size_};
     coarse.patches.resize(size_t(coarse.rows) * size_t(coarse.columns));
-    parallel_for(coarse.rows, [&](int row) {
-      std::vector<Patch> parts;
-      for (int column = 0; column < coarse.columns; ++column) {
-        parts.clear();
-        for (int i = 2 * row; i < std::min(2 * row + 2, fine.rows); ++i) {
-          for (int j = 2 * column; j < std::min(2 * column + 2, fine.columns); ++j) {
-            parts.push_back(fine.patches[size_t(i * fine.columns + j)]);
+    parallel_for(
+        coarse.rows,
+        [&](int row) {
+          std::vector<Patch> parts;
+          for (int column = 0; column < coarse.columns; ++column) {
+            parts.clear();
+            for (int i = 2 * row; i < std::min(2 * row + 2, fine.rows); ++i) {
+              for (int j = 2 * column; j < std::min(2 * column + 2, fine.columns); ++j) {
+                parts.push_back(fine.patches[size_t(i * fine.columns + j)]);
+              }
+            }
+            coarse.patches[size_t(row * coarse.columns + column)] = merge(parts);
           }
-        }
-        coarse.patches[size_t(row * coarse.columns + column)] = merge(parts);
-      }
-    }, 8);
+        },
+        8);
     size_ += int(coarse.patches.size());
   }
 }
@@ -118,8 +121,8 @@ Diffusion::Diffusion(const Surface& surface, const SkinProfiles& profiles)
     const float side = kFinestSide * float(1 << (i % kSizes));
     Table& table = tables_[size_t(i)];
     for (int k = 0; k < Profile::kCount; ++k) {
-      table[size_t(k)] = disc_mean(profiles[size_t(i / kSizes)], Profile::radius_mm(k),
-                                   side / std::sqrt(kPi));
+      table[size_t(k)] =
+          disc_mean(profiles[size_t(i / kSizes)], Profile::radius_mm(k), side / std::sqrt(kPi));
     }
   });
 }
@@ -211,16 +214,18 @@ std::vector<std::vector<Vec3>> Diffusion::scatter(
     std::vector<const PatchLight*> some(lights.begin() + long(first),
                                         lights.begin() + long(first + count));
     if (count > 1) some.resize(kTogether, some.back());  // a full register costs little more
-    std::vector<std::vector<Vec3>> part(some.size(),
-                                        std::vector<Vec3>(targets.position_mm.size()));
-    parallel_for(int(targets.blocks.size()), [&](int b) {
-      const std::vector<int>& block = targets.blocks[size_t(b)];
-      if (count > 1) {
-        scatter_block<kTogether>(targets, block, some, &part);
-      } else {
-        scatter_block<1>(targets, block, some, &part);
-      }
-    }, 4);
+    std::vector<std::vector<Vec3>> part(some.size(), std::vector<Vec3>(targets.position_mm.size()));
+    parallel_for(
+        int(targets.blocks.size()),
+        [&](int b) {
+          const std::vector<int>& block = targets.blocks[size_t(b)];
+          if (count > 1) {
+            scatter_block<kTogether>(targets, block, some, &part);
+          } else {
+            scatter_block<1>(targets, block, some, &part);
+          }
+        },
+        4);
     part.resize(count);
     for (auto& radiance : part) result.push_back(std::move(radiance));
   }

@@ -78,8 +78,8 @@ class Diffusion {
 
   const Surface& surface_;
   PatchTree tree_;
-  std::vector<Table> tables_;                // region * kSizes + size
-  std::array<Rgb4, kRegionCount> totals_;    // diffuse reflectance
+  std::vector<Table> tables_;              // region * kSizes + size
+  std::array<Rgb4, kRegionCount> totals_;  // diffuse reflectance
 };
 
 }  // namespace lamella::twin

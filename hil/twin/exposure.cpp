@@ -79,8 +79,8 @@ void add(const v1::ExposureReport& r, LightState light, double on_us, double off
 LightState light_of(const v1::LedSpan& span, int led_count) {
   const std::string& bytes = span.codes();
   if (bytes.size() != size_t(led_count) * 2) {
-    refuse("leds.codes", std::to_string(bytes.size()) + " bytes, expected " +
-                             std::to_string(led_count * 2));
+    refuse("leds.codes",
+           std::to_string(bytes.size()) + " bytes, expected " + std::to_string(led_count * 2));
   }
   LightState light;
   light.codes.resize(size_t(led_count));
@@ -132,7 +132,8 @@ Exposure read_exposure(const v1::ExposureReport& r, int led_count, int fringe_co
     LightState light = light_of(span, led_count);
     const bool dark = std::all_of(light.codes.begin(), light.codes.end(),
                                   [](uint16_t code) { return code == 0; });
-    if (!dark) add(r, std::move(light), span.on_us(), span.off_us(), r.led_reference_us(), &exposure);
+    if (!dark)
+      add(r, std::move(light), span.on_us(), span.off_us(), r.led_reference_us(), &exposure);
   }
   for (const v1::PatternSpan& span : r.patterns()) {
     check_reference(r.projector_reference_us(), "projector_reference_us");

@@ -9,7 +9,7 @@ namespace lamella::twin {
 
 namespace {
 
-constexpr float kOffSurface = 0.15f;   // mm, where shadow rays start above the surface
+constexpr float kOffSurface = 0.15f;  // mm, where shadow rays start above the surface
 constexpr float kFar = 4000.f;
 
 }  // namespace
@@ -91,27 +91,33 @@ std::vector<Vec3> led_irradiance(const Surface& surface, const LedVisibility& vi
                                  bool shadows) {
   const std::vector<Vec3> net = visibility.net_light(levels, stage, shadows);
   std::vector<Vec3> irradiance(surface.size());
-  parallel_for(surface.rows, [&](int row) {
-    for (int column = 0; column < surface.columns; ++column) {
-      const size_t i = size_t(surface.at(row, column));
-      const Vec3 b = visibility.interpolate(net, float(row), float(column));
-      irradiance[i] = Vec3::all(std::max(0.f, dot(surface.shading_normal[i], b)));
-    }
-  }, 8);
+  parallel_for(
+      surface.rows,
+      [&](int row) {
+        for (int column = 0; column < surface.columns; ++column) {
+          const size_t i = size_t(surface.at(row, column));
+          const Vec3 b = visibility.interpolate(net, float(row), float(column));
+          irradiance[i] = Vec3::all(std::max(0.f, dot(surface.shading_normal[i], b)));
+        }
+      },
+      8);
   return irradiance;
 }
 
 PointLight::PointLight(const Surface& surface, const Vec3& position_mm)
     : surface_(surface), position_mm_(position_mm), vertex_irradiance_(surface.size()) {
-  parallel_for(surface.rows, [&](int row) {
-    for (int column = 0; column < surface.columns; ++column) {
-      const size_t i = size_t(surface.at(row, column));
-      const Vec3 x = surface.position_mm[i];
-      const float cosine = dot(surface.shading_normal[i], direction(x));
-      const bool lit = cosine > 0.f && sees(x, surface.normal[i]);
-      vertex_irradiance_[i] = lit ? cosine * strength(x) : 0.f;
-    }
-  }, 8);
+  parallel_for(
+      surface.rows,
+      [&](int row) {
+        for (int column = 0; column < surface.columns; ++column) {
+          const size_t i = size_t(surface.at(row, column));
+          const Vec3 x = surface.position_mm[i];
+          const float cosine = dot(surface.shading_normal[i], direction(x));
+          const bool lit = cosine > 0.f && sees(x, surface.normal[i]);
+          vertex_irradiance_[i] = lit ? cosine * strength(x) : 0.f;
+        }
+      },
+      8);
 }
 
 float PointLight::strength(const Vec3& x_mm) const {

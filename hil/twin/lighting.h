@@ -47,7 +47,7 @@ class LedVisibility {
   const Surface& surface_;
   size_t led_count_;
   int rows_, columns_;
-  std::vector<uint8_t> seen_;   // [vertex][led]
+  std::vector<uint8_t> seen_;  // [vertex][led]
 };
 
 // Irradiance per vertex (white Lambertian radiance, session units) under LED levels.

@@ -19,8 +19,7 @@ void append(std::string* to, uint64_t value, int bytes) {
 std::string npy(const NpyArray& array) {
   std::string shape;
   for (size_t n : array.shape) shape += std::to_string(n) + ",";
-  std::string header =
-      "{'descr': '<f4', 'fortran_order': False, 'shape': (" + shape + "), }";
+  std::string header = "{'descr': '<f4', 'fortran_order': False, 'shape': (" + shape + "), }";
   header.resize((header.size() + 11 + 63) / 64 * 64 - 11, ' ');  // 10 bytes before, newline after
   std::string bytes("\x93NUMPY\x01\x00", 8);
   append(&bytes, header.size() + 1, 2);
@@ -32,15 +31,15 @@ std::string npy(const NpyArray& array) {
 // What the local header of a member and its entry in the directory share.
 std::string member_fields(const std::string& name, const std::string& data) {
   std::string fields;
-  append(&fields, 20, 2);  // version needed
-  append(&fields, 0, 2);   // flags
-  append(&fields, 0, 2);   // stored
+  append(&fields, 20, 2);          // version needed
+  append(&fields, 0, 2);           // flags
+  append(&fields, 0, 2);           // stored
   append(&fields, 0x00210000, 4);  // 1980-01-01, so that equal content gives an equal file
   append(&fields, crc32(0, reinterpret_cast<const Bytef*>(data.data()), uInt(data.size())), 4);
   append(&fields, data.size(), 4);
   append(&fields, data.size(), 4);
   append(&fields, name.size(), 2);
-  append(&fields, 0, 2);   // no extra field
+  append(&fields, 0, 2);  // no extra field
   return fields;
 }
 
@@ -54,7 +53,7 @@ void write_npz(const std::filesystem::path& path, const std::vector<NpyArray>& a
     directory += "PK\x01\x02";
     append(&directory, 20, 2);  // version made by
     directory += fields;
-    append(&directory, 0, 8);   // comment, disk, internal attributes
+    append(&directory, 0, 8);  // comment, disk, internal attributes
     append(&directory, 0, 2);
     append(&directory, file.size(), 4);
     directory += name;

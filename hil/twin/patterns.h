@@ -6,8 +6,8 @@
 
 namespace lamella::twin {
 
-inline constexpr float kProjectorBlack = 0.01f;     // b: what a pattern value x emits is b + (1-b) x
-inline constexpr float kProjectorBlurPx = 0.55f;    // sigma of the lens's blur, projector pixels
+inline constexpr float kProjectorBlack = 0.01f;   // b: what a pattern value x emits is b + (1-b) x
+inline constexpr float kProjectorBlurPx = 0.55f;  // sigma of the lens's blur, projector pixels
 
 // The pattern values as written in the session format, 0 to 1, before blur and black level.
 Image3 fringe_pattern(const Session& rig, int index);

@@ -40,34 +40,40 @@ Vec3 Photographer::pattern_at(const Image3& emitted, const Vec3& x_mm) const {
 
 void Photographer::find_pattern_places() {
   pattern_places_.resize(surface_.size());
-  parallel_for(surface_.rows, [&](int row) {
-    const int above = std::max(row - 1, 0), below = std::min(row + 1, surface_.rows - 1);
-    for (int column = 0; column < surface_.columns; ++column) {
-      const size_t i = size_t(surface_.at(row, column));
-      if (projector_->vertex_irradiance()[i] <= 0.f) continue;
-      const auto place = [&](int r, int c) {
-        return surface_.position_mm[size_t(surface_.at(r, c))];
-      };
-      const Vec3 down = (place(below, column) - place(above, column)) * 0.125f;
-      const Vec3 across = (place(row, column + 1) - place(row, column - 1)) * 0.125f;
-      for (int k = 0; k < 4; ++k) {
-        const Vec3 x = surface_.position_mm[i] + down * (k < 2 ? -1.f : 1.f) +
-                       across * (k % 2 ? 1.f : -1.f);
-        pattern_places_[i][size_t(k)] = Vec2(rig_.projector.project(Vec3d(x)));
-      }
-    }
-  }, 8);
+  parallel_for(
+      surface_.rows,
+      [&](int row) {
+        const int above = std::max(row - 1, 0), below = std::min(row + 1, surface_.rows - 1);
+        for (int column = 0; column < surface_.columns; ++column) {
+          const size_t i = size_t(surface_.at(row, column));
+          if (projector_->vertex_irradiance()[i] <= 0.f) continue;
+          const auto place = [&](int r, int c) {
+            return surface_.position_mm[size_t(surface_.at(r, c))];
+          };
+          const Vec3 down = (place(below, column) - place(above, column)) * 0.125f;
+          const Vec3 across = (place(row, column + 1) - place(row, column - 1)) * 0.125f;
+          for (int k = 0; k < 4; ++k) {
+            const Vec3 x = surface_.position_mm[i] + down * (k < 2 ? -1.f : 1.f) +
+                           across * (k % 2 ? 1.f : -1.f);
+            pattern_places_[i][size_t(k)] = Vec2(rig_.projector.project(Vec3d(x)));
+          }
+        }
+      },
+      8);
 }
 
 PatchLight Photographer::projector_light(const Image3& emitted) const {
   std::vector<Vec3> irradiance(surface_.size(), Vec3(0, 0, 0));
-  parallel_for(int(surface_.size()), [&](int i) {
-    const float e = projector_->vertex_irradiance()[size_t(i)];
-    if (e <= 0.f) return;
-    Vec3 sum(0, 0, 0);
-    for (const Vec2& place : pattern_places_[size_t(i)]) sum += sample_pattern(emitted, place);
-    irradiance[size_t(i)] = sum * (0.25f * e);
-  }, 4096);
+  parallel_for(
+      int(surface_.size()),
+      [&](int i) {
+        const float e = projector_->vertex_irradiance()[size_t(i)];
+        if (e <= 0.f) return;
+        Vec3 sum(0, 0, 0);
+        for (const Vec2& place : pattern_places_[size_t(i)]) sum += sample_pattern(emitted, place);
+        irradiance[size_t(i)] = sum * (0.25f * e);
+      },
+      4096);
   return gathered(irradiance);
 }
 
@@ -112,39 +118,49 @@ Vec3 Photographer::keeps_polarization(const Receivers& r, size_t i, const Vec3& 
 
 Radiance Photographer::polarized_leds(const Receivers& r, const std::vector<float>& levels) const {
   Radiance s(r.size(), Vec3(0, 0, 0));
-  parallel_for(int(r.size()), [&](int n) {
-    const size_t i = size_t(n);
-    const auto corners = visibility_->around(r.grid_row[i], r.grid_column[i]);
-    for (size_t led = 0; led < levels.size(); ++led) {
-      if (levels[led] <= 0.f) continue;
-      const Vec3 l = rig_.stage.leds()[led].direction;
-      if (dot(r.shading_normal[i], l) <= 0.f) continue;
-      const float seen = corners.of(led);
-      if (seen <= 0.f) continue;
-      const Vec3 e = rig_.stage.irradiance(led, r.targets.position_mm[i]) * (levels[led] * seen);
-      s[i] += keeps_polarization(r, i, l).mul(e);
-    }
-  }, 256);
+  parallel_for(
+      int(r.size()),
+      [&](int n) {
+        const size_t i = size_t(n);
+        const auto corners = visibility_->around(r.grid_row[i], r.grid_column[i]);
+        for (size_t led = 0; led < levels.size(); ++led) {
+          if (levels[led] <= 0.f) continue;
+          const Vec3 l = rig_.stage.leds()[led].direction;
+          if (dot(r.shading_normal[i], l) <= 0.f) continue;
+          const float seen = corners.of(led);
+          if (seen <= 0.f) continue;
+          const Vec3 e =
+              rig_.stage.irradiance(led, r.targets.position_mm[i]) * (levels[led] * seen);
+          s[i] += keeps_polarization(r, i, l).mul(e);
+        }
+      },
+      256);
   return s;
 }
 
 Radiance Photographer::polarized_point(const Receivers& r, const PointLight& light,
                                        const Vec3& colour) const {
   Radiance s(r.size(), Vec3(0, 0, 0));
-  parallel_for(int(r.size()), [&](int n) {
-    const size_t i = size_t(n);
-    const Vec3 x = r.targets.position_mm[i], l = light.direction(x);
-    if (dot(r.shading_normal[i], l) <= 0.f || !light.sees(x, r.normal[i])) return;
-    s[i] = keeps_polarization(r, i, l).mul(colour) * light.strength(x);
-  }, 256);
+  parallel_for(
+      int(r.size()),
+      [&](int n) {
+        const size_t i = size_t(n);
+        const Vec3 x = r.targets.position_mm[i], l = light.direction(x);
+        if (dot(r.shading_normal[i], l) <= 0.f || !light.sees(x, r.normal[i])) return;
+        s[i] = keeps_polarization(r, i, l).mul(colour) * light.strength(x);
+      },
+      256);
   return s;
 }
 
 Radiance Photographer::polarized_projector(const Receivers& r, const Image3& emitted) const {
   Radiance s = polarized_point(r, *projector_, {1, 1, 1});
-  parallel_for(int(r.size()), [&](int i) {
-    s[size_t(i)] = s[size_t(i)].mul(pattern_at(emitted, r.targets.position_mm[size_t(i)]));
-  }, 1024);
+  parallel_for(
+      int(r.size()),
+      [&](int i) {
+        s[size_t(i)] = s[size_t(i)].mul(pattern_at(emitted, r.targets.position_mm[size_t(i)]));
+      },
+      1024);
   return s;
 }
 

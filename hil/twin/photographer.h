@@ -27,7 +27,7 @@ class Photographer {
     std::string subject = "head";
     uint64_t seed = 1;
     double scale = 1.0;
-    int photons = 80000;           // per region and channel
+    int photons = 80000;  // per region and channel
     float spacing_mm = 0.4f;
   };
   explicit Photographer(const Options& options);

@@ -12,7 +12,7 @@ namespace {
 constexpr float kRouletteWeight = 0.1f, kRouletteOdds = 0.2f;
 
 struct Photon {
-  float x = 0, y = 0, z = 0;           // mm, z down into the skin
+  float x = 0, y = 0, z = 0;  // mm, z down into the skin
   float dx = 0, dy = 0, dz = 1;
   float weight = 1;
   int scatterings = 0;
@@ -85,7 +85,7 @@ class Walk {
       const float extinction = here.absorption_per_mm + here.scattering_per_mm;
       const float top = p.in_lower ? slab_.upper.thickness_mm : 0.f;
       const float bottom = p.in_lower ? bottom_mm_ : slab_.upper.thickness_mm;
-      const float to_wall = p.dz > 0 ? (bottom - p.z) / p.dz
+      const float to_wall = p.dz > 0   ? (bottom - p.z) / p.dz
                             : p.dz < 0 ? (top - p.z) / p.dz
                                        : std::numeric_limits<float>::infinity();
       if (depth_left < to_wall * extinction) {
@@ -181,8 +181,8 @@ WalkResult walk_photons(const SlabOptics& slab, int photons, uint64_t seed) {
   Random random(seed);
   for (int i = 0; i < photons; ++i) walk.launch(random);
   const double share = 1.0 / photons;
-  for (double* total : {&result.surface, &result.absorbed, &result.transmitted,
-                        &result.unscattered}) {
+  for (double* total :
+       {&result.surface, &result.absorbed, &result.transmitted, &result.unscattered}) {
     *total *= share;
   }
   for (int fate = 0; fate < 3; ++fate) {

@@ -10,9 +10,9 @@
 namespace lamella::twin {
 
 struct LayerOptics {
-  float absorption_per_mm = 0;   // mu_a
-  float scattering_per_mm = 1;   // mu_s
-  float g = 0;                   // mean cosine, Henyey-Greenstein
+  float absorption_per_mm = 0;  // mu_a
+  float scattering_per_mm = 1;  // mu_s
+  float g = 0;                  // mean cosine, Henyey-Greenstein
   float thickness_mm = std::numeric_limits<float>::infinity();
 };
 
@@ -24,22 +24,26 @@ struct SlabOptics {
   float ior = 1.38f;
 };
 
-enum class Fate { kSingle, kShallow, kDeep };  // scattered once; never left the upper layer; the rest
+enum class Fate {
+  kSingle,
+  kShallow,
+  kDeep
+};  // scattered once; never left the upper layer; the rest
 
 // Radial bins of the light that comes back: logarithmic from kFirstEdge to kLastEdge mm; the first
 // bin also holds what comes back nearer, light beyond the last edge is in the totals alone.
 struct RadialBins {
   static constexpr int kCount = 96;
   static constexpr float kFirstEdge = 0.01f, kLastEdge = 20.f;
-  static int index(float r_mm);       // -1 beyond the last edge
-  static float edge_mm(int i);        // lower edge of bin i; 0 for the first
+  static int index(float r_mm);  // -1 beyond the last edge
+  static float edge_mm(int i);   // lower edge of bin i; 0 for the first
 };
 
 struct WalkResult {
-  double surface = 0;                            // Fresnel-reflected before entering
-  std::array<double, 3> reflected{};             // by Fate, share of the launched energy
+  double surface = 0;                 // Fresnel-reflected before entering
+  std::array<double, 3> reflected{};  // by Fate, share of the launched energy
   double absorbed = 0, transmitted = 0;
-  double unscattered = 0;                        // part of `transmitted` that met nothing
+  double unscattered = 0;  // part of `transmitted` that met nothing
   std::array<std::array<double, RadialBins::kCount>, 3> radial{};  // per Fate, share per bin
 
   double diffuse_reflectance() const { return reflected[0] + reflected[1] + reflected[2]; }

@@ -8,8 +8,8 @@ namespace lamella::twin {
 
 namespace {
 
-constexpr int kBlockSide = 8;           // pixels
-constexpr float kBlockRadius = 4.5f;    // mm; a block that spans a step in depth is split
+constexpr int kBlockSide = 8;         // pixels
+constexpr float kBlockRadius = 4.5f;  // mm; a block that spans a step in depth is split
 
 // Place of a hit on the grid: rows and columns with their fractions. Triangles are (a, c, d) and
 // (a, d, b) of a quad with corners a b above c d.
@@ -30,12 +30,15 @@ Value interpolate(const Surface& s, const std::vector<Value>& values, const Hit&
 std::vector<Hit> cast_rays(const Camera& camera, const Surface& surface) {
   std::vector<Hit> hits(size_t(camera.width) * size_t(camera.height));
   const Vec3 centre = camera.centre_mm();
-  parallel_for(camera.height, [&](int y) {
-    for (int x = 0; x < camera.width; ++x) {
-      hits[size_t(y * camera.width + x)] =
-          surface.scene->intersect(centre, Vec3(camera.ray(x, y)), 1.f, 5000.f);
-    }
-  }, 8);
+  parallel_for(
+      camera.height,
+      [&](int y) {
+        for (int x = 0; x < camera.width; ++x) {
+          hits[size_t(y * camera.width + x)] =
+              surface.scene->intersect(centre, Vec3(camera.ray(x, y)), 1.f, 5000.f);
+        }
+      },
+      8);
   return hits;
 }
 
@@ -119,22 +122,25 @@ Receivers see_subject(const Camera& camera, const Surface& surface, const Subjec
   }
   resize(&r, r.pixel.size());
   const Vec3 centre = camera.centre_mm();
-  parallel_for(int(r.size()), [&](int n) {
-    const size_t i = size_t(n);
-    const Hit& hit = hits[size_t(r.pixel[i])];
-    const Vec3 p = interpolate(surface, surface.position_mm, hit);
-    r.targets.position_mm[i] = p;
-    r.to_camera[i] = unit(centre - p);
-    r.normal[i] = unit(interpolate(surface, surface.normal, hit));
-    r.shading_normal[i] = unit(interpolate(surface, surface.shading_normal, hit));
-    place_on_grid(surface, hit, &r.grid_row[i], &r.grid_column[i]);
-    r.targets.regions[i] = subject.regions(p);
-    r.modulation[i] = subject.albedo_modulation(p);
-    r.intensity[i] =
-        mean_intensity(r.targets.regions[i], skins) * subject.intensity_modulation(p);
-    const bool known = subject.labelled(p) && dot(r.normal[i], r.to_camera[i]) > 0.1f;
-    r.label[i] = known ? uint8_t(strongest_region(r.targets.regions[i])) : uint8_t(0);
-  }, 512);
+  parallel_for(
+      int(r.size()),
+      [&](int n) {
+        const size_t i = size_t(n);
+        const Hit& hit = hits[size_t(r.pixel[i])];
+        const Vec3 p = interpolate(surface, surface.position_mm, hit);
+        r.targets.position_mm[i] = p;
+        r.to_camera[i] = unit(centre - p);
+        r.normal[i] = unit(interpolate(surface, surface.normal, hit));
+        r.shading_normal[i] = unit(interpolate(surface, surface.shading_normal, hit));
+        place_on_grid(surface, hit, &r.grid_row[i], &r.grid_column[i]);
+        r.targets.regions[i] = subject.regions(p);
+        r.modulation[i] = subject.albedo_modulation(p);
+        r.intensity[i] =
+            mean_intensity(r.targets.regions[i], skins) * subject.intensity_modulation(p);
+        const bool known = subject.labelled(p) && dot(r.normal[i], r.to_camera[i]) > 0.1f;
+        r.label[i] = known ? uint8_t(strongest_region(r.targets.regions[i])) : uint8_t(0);
+      },
+      512);
   add_blocks(&r, entry_of_pixel);
   return r;
 }

@@ -13,14 +13,14 @@ namespace lamella::twin {
 // One entry per pixel whose centre meets the subject.
 struct Receivers {
   int width = 0, height = 0;
-  std::vector<int> pixel;               // y * width + x
-  std::vector<Vec3> to_camera;          // unit
+  std::vector<int> pixel;       // y * width + x
+  std::vector<Vec3> to_camera;  // unit
   std::vector<Vec3> normal, shading_normal;
   std::vector<float> grid_row, grid_column;  // place on the surface's grid
-  std::vector<Vec3> modulation;         // of depolarized light
-  std::vector<float> intensity;         // c of eq. 1
-  std::vector<uint8_t> label;           // 0: skin that truth leaves out
-  ScatterTargets targets;               // position, regions
+  std::vector<Vec3> modulation;              // of depolarized light
+  std::vector<float> intensity;              // c of eq. 1
+  std::vector<uint8_t> label;                // 0: skin that truth leaves out
+  ScatterTargets targets;                    // position, regions
 
   size_t size() const { return pixel.size(); }
 

@@ -12,7 +12,7 @@ namespace lamella::twin {
 
 namespace {
 
-constexpr double kDistance = 1000.0;     // mm, cameras and projector from the origin
+constexpr double kDistance = 1000.0;  // mm, cameras and projector from the origin
 constexpr double kCameraAngle = 10.0 * CV_PI / 180.0;
 
 // Coordinates in units of 1e-4, by which points are told apart and ordered.

@@ -17,18 +17,21 @@ RawImage expose(const Image3& stored, const Camera& camera, float noise, uint64_
   const float electrons = float(camera.full_well_electrons / camera.saturation);
   const float read = float(camera.read_noise);
   const float dn_per_stored = float(1.0 / gain_per_dn(camera));
-  parallel_for(stored.rows, [&](int y) {
-    Random random(mix_bits(seed) + uint64_t(y) * 0x51ed2701u);
-    for (int x = 0; x < stored.cols; ++x) {
-      for (int c = 0; c < 3; ++c) {
-        const float value = stored(y, x)[c];
-        const float variance = std::max(value, 0.f) / electrons + read * read;
-        const float noisy = value + noise * std::sqrt(variance) * random.normal();
-        const float dn = std::round(noisy * dn_per_stored) + float(kBlackLevelDn);
-        raw(y, x)[c] = uint16_t(std::clamp(dn, 0.f, float(kWhiteLevelDn)));
-      }
-    }
-  }, 16);
+  parallel_for(
+      stored.rows,
+      [&](int y) {
+        Random random(mix_bits(seed) + uint64_t(y) * 0x51ed2701u);
+        for (int x = 0; x < stored.cols; ++x) {
+          for (int c = 0; c < 3; ++c) {
+            const float value = stored(y, x)[c];
+            const float variance = std::max(value, 0.f) / electrons + read * read;
+            const float noisy = value + noise * std::sqrt(variance) * random.normal();
+            const float dn = std::round(noisy * dn_per_stored) + float(kBlackLevelDn);
+            raw(y, x)[c] = uint16_t(std::clamp(dn, 0.f, float(kWhiteLevelDn)));
+          }
+        }
+      },
+      16);
   return raw;
 }
 

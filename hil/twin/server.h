@@ -1,5 +1,5 @@
-// The twin on a local socket: every ExposureReport is answered with the photograph of what happened.
-// Framing and order are in proto/PROTOCOL.md.
+// The twin on a local socket: every ExposureReport is answered with the photograph of what
+// happened. Framing and order are in proto/PROTOCOL.md.
 #pragma once
 
 #include <filesystem>

@@ -44,12 +44,18 @@ LightState light_of(const Session& rig, const Step& step) {
     return LightState{.codes = {}, .pattern = kind, .index = uint32_t(step.index)};
   };
   switch (step.role) {
-    case Role::kFringe: return pattern(v1::PatternSpan::FRINGE);
-    case Role::kBlack: return pattern(v1::PatternSpan::BLACK);
-    case Role::kDots: return pattern(v1::PatternSpan::DOTS);
-    case Role::kFront: return pattern(v1::PatternSpan::WHITE);
-    case Role::kStripes: return pattern(v1::PatternSpan::STRIPES);
-    default: break;
+    case Role::kFringe:
+      return pattern(v1::PatternSpan::FRINGE);
+    case Role::kBlack:
+      return pattern(v1::PatternSpan::BLACK);
+    case Role::kDots:
+      return pattern(v1::PatternSpan::DOTS);
+    case Role::kFront:
+      return pattern(v1::PatternSpan::WHITE);
+    case Role::kStripes:
+      return pattern(v1::PatternSpan::STRIPES);
+    default:
+      break;
   }
   std::vector<float> levels;
   for (const Led& led : rig.stage.leds()) {
@@ -62,10 +68,9 @@ LightState light_of(const Session& rig, const Step& step) {
 
 std::string file_name(int number, const Step& step, const std::string& camera) {
   const bool numbered = step.role == Role::kFringe || step.role == Role::kStripes;
-  std::string name = fmt::format("frames/{}/{:02}_{}{}_{}.exr", camera, number,
-                                 role_name(step.role),
-                                 numbered ? "_" + std::to_string(step.index) : "",
-                                 analyser_name(step.analyser));
+  std::string name =
+      fmt::format("frames/{}/{:02}_{}{}_{}.exr", camera, number, role_name(step.role),
+                  numbered ? "_" + std::to_string(step.index) : "", analyser_name(step.analyser));
   std::transform(name.begin(), name.end(), name.begin(),
                  [](unsigned char c) { return char(std::tolower(c)); });
   return name;
@@ -100,8 +105,7 @@ std::vector<Shot> burst(const Session& rig, const std::string& camera) {
     f.file = file_name(number++, step, camera);
     // The right camera's analyser does not move: a second crossed frame would be the same.
     const bool twice = std::any_of(shots.begin(), shots.end(), [&](const Shot& s) {
-      return s.frame.role == f.role && s.frame.index == f.index &&
-             s.frame.analyser == f.analyser;
+      return s.frame.role == f.role && s.frame.index == f.index && s.frame.analyser == f.analyser;
     });
     if (!twice) shots.push_back(std::move(shot));
   }

@@ -14,18 +14,48 @@ const std::array<const char*, kRegionCount> kRegionNames{"forehead",  "eyelids",
 namespace {
 
 constexpr std::array<Skin, kRegionCount> kSkins{{
-    {{0.11f, 0.26f, 0.48f}, {3.1f, 3.9f, 4.7f}, {0.042f, 0.150f, 0.215f}, {1.9f, 2.5f, 3.1f},
-     0.18f, 0.30f, 0.26f},
-    {{0.12f, 0.28f, 0.52f}, {3.0f, 3.8f, 4.6f}, {0.052f, 0.175f, 0.245f}, {2.0f, 2.6f, 3.2f},
-     0.11f, 0.26f, 0.24f},
-    {{0.10f, 0.24f, 0.46f}, {3.2f, 4.0f, 4.8f}, {0.046f, 0.175f, 0.240f}, {2.0f, 2.6f, 3.2f},
-     0.20f, 0.21f, 0.32f},
-    {{0.10f, 0.24f, 0.46f}, {3.0f, 3.8f, 4.6f}, {0.025f, 0.135f, 0.185f}, {1.9f, 2.5f, 3.1f},
-     0.15f, 0.32f, 0.24f},
-    {{0.06f, 0.17f, 0.32f}, {2.9f, 3.7f, 4.5f}, {0.031f, 0.260f, 0.260f}, {2.1f, 2.7f, 3.3f},
-     0.09f, 0.24f, 0.30f},
-    {{0.10f, 0.25f, 0.47f}, {3.1f, 3.9f, 4.7f}, {0.030f, 0.130f, 0.195f}, {2.0f, 2.6f, 3.2f},
-     0.17f, 0.34f, 0.22f},
+    {{0.11f, 0.26f, 0.48f},
+     {3.1f, 3.9f, 4.7f},
+     {0.042f, 0.150f, 0.215f},
+     {1.9f, 2.5f, 3.1f},
+     0.18f,
+     0.30f,
+     0.26f},
+    {{0.12f, 0.28f, 0.52f},
+     {3.0f, 3.8f, 4.6f},
+     {0.052f, 0.175f, 0.245f},
+     {2.0f, 2.6f, 3.2f},
+     0.11f,
+     0.26f,
+     0.24f},
+    {{0.10f, 0.24f, 0.46f},
+     {3.2f, 4.0f, 4.8f},
+     {0.046f, 0.175f, 0.240f},
+     {2.0f, 2.6f, 3.2f},
+     0.20f,
+     0.21f,
+     0.32f},
+    {{0.10f, 0.24f, 0.46f},
+     {3.0f, 3.8f, 4.6f},
+     {0.025f, 0.135f, 0.185f},
+     {1.9f, 2.5f, 3.1f},
+     0.15f,
+     0.32f,
+     0.24f},
+    {{0.06f, 0.17f, 0.32f},
+     {2.9f, 3.7f, 4.5f},
+     {0.031f, 0.260f, 0.260f},
+     {2.1f, 2.7f, 3.3f},
+     0.09f,
+     0.24f,
+     0.30f},
+    {{0.10f, 0.25f, 0.47f},
+     {3.1f, 3.9f, 4.7f},
+     {0.030f, 0.130f, 0.195f},
+     {2.0f, 2.6f, 3.2f},
+     0.17f,
+     0.34f,
+     0.22f},
 }};
 
 // Mean density in each bin at the radius that halves its area.
@@ -49,8 +79,8 @@ void smooth_tail(Density& d) {
   for (int pass = 0; pass < 3; ++pass) {
     const auto before = d.log_density;
     for (int i = RadialBins::kCount / 2; i + 1 < RadialBins::kCount; ++i) {
-      d.log_density[size_t(i)] = 0.25f * before[size_t(i - 1)] + 0.5f * before[size_t(i)] +
-                                 0.25f * before[size_t(i + 1)];
+      d.log_density[size_t(i)] =
+          0.25f * before[size_t(i - 1)] + 0.5f * before[size_t(i)] + 0.25f * before[size_t(i + 1)];
     }
   }
 }
@@ -58,9 +88,10 @@ void smooth_tail(Density& d) {
 float interpolate(const Density& d, float r_mm) {
   const float x = std::log(r_mm);
   const auto above = std::upper_bound(d.log_radius.begin(), d.log_radius.end(), x);
-  const size_t i = std::clamp<size_t>(size_t(above - d.log_radius.begin()), 1,
-                                      d.log_radius.size() - 1);
-  const float t = std::max(0.f, (x - d.log_radius[i - 1]) / (d.log_radius[i] - d.log_radius[i - 1]));
+  const size_t i =
+      std::clamp<size_t>(size_t(above - d.log_radius.begin()), 1, d.log_radius.size() - 1);
+  const float t =
+      std::max(0.f, (x - d.log_radius[i - 1]) / (d.log_radius[i] - d.log_radius[i - 1]));
   return std::exp(d.log_density[i - 1] + t * (d.log_density[i] - d.log_density[i - 1]));
 }
 

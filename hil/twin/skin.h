@@ -21,8 +21,8 @@ struct Skin {
   std::array<float, 3> epidermis_absorption_per_mm, epidermis_reduced_scattering_per_mm;
   std::array<float, 3> dermis_absorption_per_mm, dermis_reduced_scattering_per_mm;
   float epidermis_mm;
-  float roughness;       // m of the Beckmann distribution
-  float intensity;       // mean c of eq. 1
+  float roughness;  // m of the Beckmann distribution
+  float intensity;  // mean c of eq. 1
 };
 
 // Published ranges of facial skin, varied a little with the seed.
@@ -36,7 +36,7 @@ SlabOptics slab_of(const Skin& skin, int channel);
 // What comes back around a thin beam, per area: R(r) on a linear grid of r, by kind of light.
 struct Profile {
   static constexpr int kCount = 1600;
-  static constexpr float kStep = 0.01f;                        // mm
+  static constexpr float kStep = 0.01f;  // mm
   static float radius_mm(int i) { return (float(i) + 0.5f) * kStep; }
 
   std::array<float, kCount> shallow{}, deep{};                 // 1/mm^2

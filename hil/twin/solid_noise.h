@@ -8,7 +8,7 @@
 namespace lamella::twin {
 
 struct NoiseSample {
-  float value = 0;      // mean 0, about -1 to 1
+  float value = 0;  // mean 0, about -1 to 1
   Vec3 gradient{0, 0, 0};
 };
 

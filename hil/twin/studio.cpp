@@ -9,8 +9,8 @@ namespace lamella::twin {
 
 namespace {
 
-constexpr size_t kMostRemembered = 48;   // states of both cameras
-constexpr double kNothing = 1e-7;        // share of S below any digit of the sensor
+constexpr size_t kMostRemembered = 48;  // states of both cameras
+constexpr double kNothing = 1e-7;       // share of S below any digit of the sensor
 
 std::vector<float> levels_of(const LightState& light) {
   std::vector<float> levels;
@@ -50,12 +50,16 @@ const Receivers& Studio::receivers(int camera) const {
 Image3 Studio::emitted_by(const LightState& light) const {
   const Session& rig = photographer_.rig();
   switch (light.pattern) {
-    case v1::PatternSpan::WHITE: return emitted(even_pattern(rig, 1.f));
-    case v1::PatternSpan::FRINGE: return emitted(fringe_pattern(rig, int(light.index)));
+    case v1::PatternSpan::WHITE:
+      return emitted(even_pattern(rig, 1.f));
+    case v1::PatternSpan::FRINGE:
+      return emitted(fringe_pattern(rig, int(light.index)));
     case v1::PatternSpan::STRIPES:
       return emitted(stripe_pattern(rig, light.index * rig.patterns.stripe_shift_px));
-    case v1::PatternSpan::DOTS: return emitted(dot_pattern(rig));
-    default: return emitted(even_pattern(rig, 0.f));
+    case v1::PatternSpan::DOTS:
+      return emitted(dot_pattern(rig));
+    default:
+      return emitted(even_pattern(rig, 0.f));
   }
 }
 
@@ -104,8 +108,8 @@ Studio::Seen& Studio::seen(int camera, const LightState& light) {
 
 Image3 Studio::radiance(const Exposure& exposure) {
   const Receivers& r = receivers(exposure.camera);
-  const float leak = float((exposure.camera == 0 ? photographer_.rig().left
-                                                 : *photographer_.rig().right).extinction);
+  const float leak = float(
+      (exposure.camera == 0 ? photographer_.rig().left : *photographer_.rig().right).extinction);
   const cv::Matx33f projector_from_led = cv::Matx33f(photographer_.rig().projector_to_led.inv());
   Radiance sum(r.size(), Vec3(0, 0, 0));
   for (const Contribution& c : exposure.contributions) {
@@ -113,12 +117,15 @@ Image3 Studio::radiance(const Exposure& exposure) {
     const float d = float(c.depolarized);
     const float p = float(c.polarized + leak * (2 * c.depolarized - c.polarized));
     if (p > kNothing && s.polarized.empty()) s.polarized = polarized(exposure.camera, c.light);
-    parallel_for(int(r.size()), [&](int n) {
-      const size_t i = size_t(n);
-      Vec3 radiance = s.depolarized[i] * d;
-      if (p > kNothing) radiance += s.polarized[i] * p;
-      sum[i] += c.light.is_leds() ? radiance : projector_from_led * radiance;
-    }, 8192);
+    parallel_for(
+        int(r.size()),
+        [&](int n) {
+          const size_t i = size_t(n);
+          Vec3 radiance = s.depolarized[i] * d;
+          if (p > kNothing) radiance += s.polarized[i] * p;
+          sum[i] += c.light.is_leds() ? radiance : projector_from_led * radiance;
+        },
+        8192);
   }
   return r.image(sum, {0, 0, 0});
 }

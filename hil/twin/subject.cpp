@@ -20,8 +20,7 @@ RegionWeights sphere_regions(const Vec3& p) {
   RegionWeights w{};
   float sum = 0;
   for (int k = 0; k < kRegionCount; ++k) {
-    const float from_middle =
-        std::abs(std::remainder(azimuth - (2 * k + 1) * kHalfWedge, 2 * kPi));
+    const float from_middle = std::abs(std::remainder(azimuth - (2 * k + 1) * kHalfWedge, 2 * kPi));
     const float inside_mm = out * std::sin(std::max(kHalfWedge - from_middle, -kPi / 2));
     w[size_t(k)] = smooth_step(-kSoft, kSoft, inside_mm);
     sum += w[size_t(k)];

@@ -15,11 +15,11 @@ using RegionWeights = std::array<float, kRegionCount>;  // sum 1
 
 struct Subject {
   std::string name;
-  std::function<float(const Vec3&)> distance_mm;            // signed, negative inside
+  std::function<float(const Vec3&)> distance_mm;  // signed, negative inside
   std::function<RegionWeights(const Vec3&)> regions;
-  std::function<bool(const Vec3&)> labelled;                // is it skin that truth describes?
-  std::function<Vec3(const Vec3&)> albedo_modulation;       // of depolarized light, rgb, about 1
-  std::function<float(const Vec3&)> intensity_modulation;   // of c, about 1
+  std::function<bool(const Vec3&)> labelled;               // is it skin that truth describes?
+  std::function<Vec3(const Vec3&)> albedo_modulation;      // of depolarized light, rgb, about 1
+  std::function<float(const Vec3&)> intensity_modulation;  // of c, about 1
   std::function<Vec3(const Vec3&, const Vec3&)> shading_normal;  // position, normal -> normal
 
   // Where rays start that find the surface from outside: the axis of the lower, cylindrical part

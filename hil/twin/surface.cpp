@@ -9,9 +9,9 @@ namespace lamella::twin {
 
 namespace {
 
-constexpr float kOutside = 190.f;        // no subject is larger, mm
-constexpr float kMeanRadius = 95.f;      // that `spacing_mm` is meant at
-constexpr int kCoarse = 6;               // rows and columns of fine grid per coarse one
+constexpr float kOutside = 190.f;    // no subject is larger, mm
+constexpr float kMeanRadius = 95.f;  // that `spacing_mm` is meant at
+constexpr int kCoarse = 6;           // rows and columns of fine grid per coarse one
 constexpr float kLowestElevation = -0.7854f;
 
 struct Ray {
@@ -92,16 +92,19 @@ std::vector<float> trace_grid(const Subject& subject, const RayGrid& grid) {
     }
   });
   std::vector<float> distance(size_t(rows) * size_t(columns));
-  parallel_for(rows, [&](int row) {
-    for (int column = 0; column < columns; ++column) {
-      const int i = row / kCoarse, j = column / kCoarse;
-      const float u = float(row % kCoarse) / kCoarse, v = float(column % kCoarse) / kCoarse;
-      const float* c = &coarse[size_t(i * coarse_columns + j)];
-      const float guess = (1 - u) * ((1 - v) * c[0] + v * c[1]) +
-                          u * ((1 - v) * c[coarse_columns] + v * c[coarse_columns + 1]);
-      distance[size_t(row * columns + column)] = refine(subject, grid.ray(row, column), guess);
-    }
-  }, 4);
+  parallel_for(
+      rows,
+      [&](int row) {
+        for (int column = 0; column < columns; ++column) {
+          const int i = row / kCoarse, j = column / kCoarse;
+          const float u = float(row % kCoarse) / kCoarse, v = float(column % kCoarse) / kCoarse;
+          const float* c = &coarse[size_t(i * coarse_columns + j)];
+          const float guess = (1 - u) * ((1 - v) * c[0] + v * c[1]) +
+                              u * ((1 - v) * c[coarse_columns] + v * c[coarse_columns + 1]);
+          distance[size_t(row * columns + column)] = refine(subject, grid.ray(row, column), guess);
+        }
+      },
+      4);
   return distance;
 }
 
@@ -109,20 +112,23 @@ void add_geometry(const Subject& subject, Surface* s) {
   s->normal.resize(s->size());
   s->shading_normal.resize(s->size());
   s->area_mm2.resize(s->size());
-  parallel_for(s->rows, [&](int row) {
-    for (int column = 0; column < s->columns; ++column) {
-      const int above = std::max(row - 1, 0), below = std::min(row + 1, s->rows - 1);
-      const Vec3 down = s->position_mm[size_t(s->at(below, column))] -
-                        s->position_mm[size_t(s->at(above, column))];
-      const Vec3 across = s->position_mm[size_t(s->at(row, column + 1))] -
-                          s->position_mm[size_t(s->at(row, column - 1))];
-      const Vec3 n = cross(down, across);
-      const size_t i = size_t(s->at(row, column));
-      s->normal[i] = unit(n);
-      s->area_mm2[i] = length(n) * 0.5f / float(below - above);
-      s->shading_normal[i] = subject.shading_normal(s->position_mm[i], s->normal[i]);
-    }
-  }, 8);
+  parallel_for(
+      s->rows,
+      [&](int row) {
+        for (int column = 0; column < s->columns; ++column) {
+          const int above = std::max(row - 1, 0), below = std::min(row + 1, s->rows - 1);
+          const Vec3 down = s->position_mm[size_t(s->at(below, column))] -
+                            s->position_mm[size_t(s->at(above, column))];
+          const Vec3 across = s->position_mm[size_t(s->at(row, column + 1))] -
+                              s->position_mm[size_t(s->at(row, column - 1))];
+          const Vec3 n = cross(down, across);
+          const size_t i = size_t(s->at(row, column));
+          s->normal[i] = unit(n);
+          s->area_mm2[i] = length(n) * 0.5f / float(below - above);
+          s->shading_normal[i] = subject.shading_normal(s->position_mm[i], s->normal[i]);
+        }
+      },
+      8);
 }
 
 void add_triangles(Surface* s) {

@@ -9,17 +9,20 @@ namespace lamella::twin {
 
 namespace {
 
-constexpr int kShifts = 16;               // of the stripes over one period; even
-constexpr float kLeastCosine = 0.08f;     // flatter light says nothing of the skin
+constexpr int kShifts = 16;            // of the stripes over one period; even
+constexpr float kLeastCosine = 0.08f;  // flatter light says nothing of the skin
 
 // Writes value(i) into the labelled pixels of the left camera, NaN elsewhere.
 template <class Pixel, class Value>
 cv::Mat_<Pixel> labelled_map(const Receivers& r, const Pixel& nothing, const Value& value) {
   cv::Mat_<Pixel> map(r.height, r.width, nothing);
-  parallel_for(int(r.size()), [&](int n) {
-    const size_t i = size_t(n);
-    if (r.label[i]) map(r.pixel[i] / r.width, r.pixel[i] % r.width) = value(i);
-  }, 1024);
+  parallel_for(
+      int(r.size()),
+      [&](int n) {
+        const size_t i = size_t(n);
+        if (r.label[i]) map(r.pixel[i] / r.width, r.pixel[i] % r.width) = value(i);
+      },
+      1024);
   return map;
 }
 
@@ -89,11 +92,14 @@ std::vector<Radiance> open_gradients(const Photographer& photographer) {
   const Surface& surface = photographer.surface();
   std::array<std::vector<Vec3>, 4> irradiance;
   for (auto& e : irradiance) e.resize(surface.size());
-  parallel_for(int(surface.size()), [&](int i) {
-    const OpenLight light =
-        open_light(photographer.rig().stage, surface.shading_normal[size_t(i)]);
-    for (size_t a = 0; a < 4; ++a) irradiance[a][size_t(i)] = Vec3::all(light.value[a]);
-  }, 1024);
+  parallel_for(
+      int(surface.size()),
+      [&](int i) {
+        const OpenLight light =
+            open_light(photographer.rig().stage, surface.shading_normal[size_t(i)]);
+        for (size_t a = 0; a < 4; ++a) irradiance[a][size_t(i)] = Vec3::all(light.value[a]);
+      },
+      1024);
   std::vector<PatchLight> lights;
   std::vector<const PatchLight*> pointers;
   for (const auto& e : irradiance) lights.push_back(photographer.gathered(e));
@@ -128,8 +134,8 @@ std::vector<Radiance> stripe_sweep(const Photographer& photographer) {
   const Session& rig = photographer.rig();
   std::vector<PatchLight> lights;
   const auto add = [&](const Image3& pattern) {
-    const Image3 light = (emitted(pattern) - cv::Scalar::all(kProjectorBlack)) *
-                         (1.0 / (1.0 - kProjectorBlack));
+    const Image3 light =
+        (emitted(pattern) - cv::Scalar::all(kProjectorBlack)) * (1.0 / (1.0 - kProjectorBlack));
     lights.push_back(photographer.projector_light(light));
   };
   for (int k = 0; k < kShifts / 2; ++k) {
@@ -214,19 +220,18 @@ TruthMaps truth_maps(const Photographer& photographer,
   maps.regions = truth_labels(photographer);
   maps.position_mm = map3(r, [&](size_t i) { return r.targets.position_mm[i]; });
   maps.normal_specular = map3(r, [&](size_t i) { return r.shading_normal[i]; });
-  maps.specular_intensity =
-      labelled_map<float>(r, kNaN, [&](size_t i) { return r.intensity[i]; });
+  maps.specular_intensity = labelled_map<float>(r, kNaN, [&](size_t i) { return r.intensity[i]; });
   const auto figure_map = [&](bool modulated, const auto& figure) {
     return map3(r, [&](size_t i) {
       const Vec3 value = blended(r, i, figure);
       return modulated ? value.mul(r.modulation[i]) : value;
     });
   };
-  maps.single_albedo = figure_map(false, [&](size_t k, size_t c) {
-    return single_albedo(photographer.skins()[k], int(c));
-  });
+  maps.single_albedo = figure_map(
+      false, [&](size_t k, size_t c) { return single_albedo(photographer.skins()[k], int(c)); });
   maps.total_albedo = figure_map(true, [&](size_t k, size_t c) { return profiles[k][c].total(); });
-  maps.deep_ld_mm = figure_map(false, [&](size_t k, size_t c) { return regions[k].dipole[c].ld_mm; });
+  maps.deep_ld_mm =
+      figure_map(false, [&](size_t k, size_t c) { return regions[k].dipole[c].ld_mm; });
   truth.shallow_physical =
       figure_map(true, [&](size_t k, size_t c) { return profiles[k][c].shallow_total; });
   truth.deep_physical =

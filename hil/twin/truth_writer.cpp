@@ -38,18 +38,16 @@ json region_json(const Photographer& photographer, size_t k, const RegionTruth& 
   json region;
   region["name"] = kRegionNames[k];
   region["specular"] = specular_truth(skin);
-  region["deep"] = {
-      {"ld_mm", per_channel([&](size_t c) { return truth.dipole[c].ld_mm; })},
-      {"alpha_dot", per_channel([&](size_t c) { return truth.dipole[c].alpha; })}};
+  region["deep"] = {{"ld_mm", per_channel([&](size_t c) { return truth.dipole[c].ld_mm; })},
+                    {"alpha_dot", per_channel([&](size_t c) { return truth.dipole[c].alpha; })}};
   region["shallow"] = {{"thickness_mm", skin.epidermis_mm}};
   region["single"] = {{"amplitude", per_channel([&](size_t c) {
                          const double g = kPhaseG[c];
                          return single_albedo(skin, int(c)) * (1 - g) / ((1 + g) * (1 + g));
                        })}};
-  region["mc"] = {
-      {"Rsingle", per_channel([&](size_t c) { return profiles[c].single_total; })},
-      {"Rshallow", per_channel([&](size_t c) { return profiles[c].shallow_total; })},
-      {"Rdeep", per_channel([&](size_t c) { return profiles[c].deep_total; })}};
+  region["mc"] = {{"Rsingle", per_channel([&](size_t c) { return profiles[c].single_total; })},
+                  {"Rshallow", per_channel([&](size_t c) { return profiles[c].shallow_total; })},
+                  {"Rdeep", per_channel([&](size_t c) { return profiles[c].deep_total; })}};
   region["skin"] = {{"d", skin.epidermis_mm},
                     {"epi_mua", skin.epidermis_absorption_per_mm},
                     {"epi_musp", skin.epidermis_reduced_scattering_per_mm},
@@ -162,14 +160,17 @@ void write_one_view(const fs::path& folder, const Photographer& photographer,
   const Receivers r = photographer.see(named.view.camera);
   const Radiance radiance = radiance_of(photographer, r, named.view.lights[0]);
   Mask subject(r.height, r.width, uchar(0)), seen(r.height, r.width, uchar(0));
-  parallel_for(int(r.size()), [&](int n) {
-    const size_t i = size_t(n);
-    const Vec3 x = r.targets.position_mm[i];
-    if (!photographer.subject().labelled(x)) return;
-    subject(r.pixel[i] / r.width, r.pixel[i] % r.width) = 255;
-    const bool visible = seen_from_left(photographer, x, r.normal[i]);
-    if (visible) seen(r.pixel[i] / r.width, r.pixel[i] % r.width) = 255;
-  }, 1024);
+  parallel_for(
+      int(r.size()),
+      [&](int n) {
+        const size_t i = size_t(n);
+        const Vec3 x = r.targets.position_mm[i];
+        if (!photographer.subject().labelled(x)) return;
+        subject(r.pixel[i] / r.width, r.pixel[i] % r.width) = 255;
+        const bool visible = seen_from_left(photographer, x, r.normal[i]);
+        if (visible) seen(r.pixel[i] / r.width, r.pixel[i] % r.width) = 255;
+      },
+      1024);
   write_view(folder / (named.name + ".json"), named.view);
   write_exr_rgb(folder / (named.name + ".exr"), r.image(radiance, {0, 0, 0}), PixelType::kHalf);
   write_mask(folder / (named.name + "_mask.png"), subject);

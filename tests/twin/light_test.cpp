@@ -72,11 +72,11 @@ TEST(Surface, OfABallHasItsPlaceNormalsAndArea) {
 TEST(LedLight, IsOneOnAWhitePatchThatFacesTheFront) {
   const Session rig = make_rig("ball", 0.2);
   const LedVisibility visibility(ball().surface, rig.stage.leds());
-  const auto full = led_irradiance(ball().surface, visibility, rig.stage,
-                                   std::vector<float>(kLedCount, 1.f));
+  const auto full =
+      led_irradiance(ball().surface, visibility, rig.stage, std::vector<float>(kLedCount, 1.f));
   EXPECT_NEAR(full[ball().front][0], 1.f, 5e-3f);
-  const auto half = led_irradiance(ball().surface, visibility, rig.stage,
-                                   std::vector<float>(kLedCount, 0.5f));
+  const auto half =
+      led_irradiance(ball().surface, visibility, rig.stage, std::vector<float>(kLedCount, 0.5f));
   EXPECT_NEAR(half[ball().front][0], 0.5f * full[ball().front][0], 1e-6f);
 }
 
@@ -135,13 +135,14 @@ TEST(Diffusion, OfSeveralLightsAtOnceIsThatOfEachAlone) {
   for (int k = 0; k < 5; ++k) {
     std::vector<Vec3> irradiance(ball().surface.size());
     for (size_t i = 0; i < irradiance.size(); ++i) {
-      irradiance[i] = Vec3::all(0.5f + 0.5f * std::cos(ball().surface.position_mm[i][0] + float(k)));
+      irradiance[i] =
+          Vec3::all(0.5f + 0.5f * std::cos(ball().surface.position_mm[i][0] + float(k)));
     }
     lights.push_back(gather_light(diffusion.tree(), irradiance));
   }
   const ScatterTargets targets = targets_at({on_ball(3.1f)});
-  const auto together = diffusion.scatter(
-      targets, {&lights[0], &lights[1], &lights[2], &lights[3], &lights[4]});
+  const auto together =
+      diffusion.scatter(targets, {&lights[0], &lights[1], &lights[2], &lights[3], &lights[4]});
   for (size_t k = 0; k < 5; ++k) {
     const auto alone = diffusion.scatter(targets, {&lights[k]});
     EXPECT_NEAR(together[k][0][0], alone[0][0][0], 1e-6f);

@@ -10,10 +10,10 @@ namespace {
 constexpr int kPhotons = 200000;
 
 TEST(PhotonWalk, ReproducesVanDeHulstsSlab) {
-  const SlabOptics slab{.upper = {.absorption_per_mm = 1, .scattering_per_mm = 9, .g = 0.75f,
-                                  .thickness_mm = 0.2f},
-                        .lower = {.thickness_mm = 0},
-                        .ior = 1.f};
+  const SlabOptics slab{
+      .upper = {.absorption_per_mm = 1, .scattering_per_mm = 9, .g = 0.75f, .thickness_mm = 0.2f},
+      .lower = {.thickness_mm = 0},
+      .ior = 1.f};
   const WalkResult walk = walk_photons(slab, kPhotons, 1);
   EXPECT_NEAR(walk.diffuse_reflectance(), 0.09739, 4 * std::sqrt(0.09739 / kPhotons));
   EXPECT_NEAR(walk.transmitted, 0.66096, 4 * std::sqrt(0.24 / kPhotons));
@@ -21,24 +21,24 @@ TEST(PhotonWalk, ReproducesVanDeHulstsSlab) {
 }
 
 TEST(PhotonWalk, SplitsVanDeHulstsSlabInTwoWithoutChangingIt) {
-  const LayerOptics half{.absorption_per_mm = 1, .scattering_per_mm = 9, .g = 0.75f,
-                         .thickness_mm = 0.1f};
+  const LayerOptics half{
+      .absorption_per_mm = 1, .scattering_per_mm = 9, .g = 0.75f, .thickness_mm = 0.1f};
   const WalkResult walk = walk_photons({.upper = half, .lower = half, .ior = 1.f}, kPhotons, 2);
   EXPECT_NEAR(walk.diffuse_reflectance(), 0.09739, 4 * std::sqrt(0.09739 / kPhotons));
   EXPECT_NEAR(walk.transmitted, 0.66096, 4 * std::sqrt(0.24 / kPhotons));
 }
 
 TEST(PhotonWalk, ReproducesGiovanellisSemiInfiniteMedium) {
-  const SlabOptics slab{.upper = {.absorption_per_mm = 1, .scattering_per_mm = 9, .g = 0},
-                        .lower = {},
-                        .ior = 1.5f};
+  const SlabOptics slab{
+      .upper = {.absorption_per_mm = 1, .scattering_per_mm = 9, .g = 0}, .lower = {}, .ior = 1.5f};
   const WalkResult walk = walk_photons(slab, kPhotons, 3);
-  EXPECT_NEAR(walk.surface + walk.diffuse_reflectance(), 0.2600,
-              4 * std::sqrt(0.2 / kPhotons));
+  EXPECT_NEAR(walk.surface + walk.diffuse_reflectance(), 0.2600, 4 * std::sqrt(0.2 / kPhotons));
 }
 
 TEST(PhotonWalk, KeepsEnergy) {
-  const SlabOptics skin{.upper = {.absorption_per_mm = 0.2f, .scattering_per_mm = 10, .g = 0.66f,
+  const SlabOptics skin{.upper = {.absorption_per_mm = 0.2f,
+                                  .scattering_per_mm = 10,
+                                  .g = 0.66f,
                                   .thickness_mm = 0.15f},
                         .lower = {.absorption_per_mm = 0.1f, .scattering_per_mm = 7, .g = 0.66f}};
   const WalkResult walk = walk_photons(skin, 40000, 4);
@@ -50,9 +50,8 @@ TEST(PhotonWalk, KeepsEnergy) {
 TEST(PhotonWalk, ScattersOnceAsTheFirstOrderIntegralSays) {
   // Matched index, isotropic, normal incidence: the light scattered exactly once comes back as
   // albedo/2 * integral over mu of mu/(1+mu) = albedo/2 (1 - ln 2).
-  const SlabOptics slab{.upper = {.absorption_per_mm = 2, .scattering_per_mm = 8, .g = 0},
-                        .lower = {},
-                        .ior = 1.f};
+  const SlabOptics slab{
+      .upper = {.absorption_per_mm = 2, .scattering_per_mm = 8, .g = 0}, .lower = {}, .ior = 1.f};
   const WalkResult walk = walk_photons(slab, kPhotons, 5);
   EXPECT_NEAR(walk.reflected[size_t(Fate::kSingle)], 0.4 * (1 - std::log(2.0)),
               4 * std::sqrt(0.12 / kPhotons));

@@ -50,8 +50,7 @@ TEST(Rig, IsWhiteUnderItsOwnLightsInTheUnitsOfASession) {
   const Session rig = make_rig("head", 1.0);
   float leds = 0;
   for (size_t i = 0; i < rig.stage.leds().size(); ++i) {
-    leds += rig.stage.irradiance(i, {0, 0, 0})[1] *
-            std::max(0.f, rig.stage.leds()[i].direction[2]);
+    leds += rig.stage.irradiance(i, {0, 0, 0})[1] * std::max(0.f, rig.stage.leds()[i].direction[2]);
   }
   EXPECT_NEAR(leds, 1.f, 1e-5f);
   EXPECT_FLOAT_EQ(projector_irradiance(rig.projector, {0, 0, 0}), 1.f);

@@ -64,8 +64,8 @@ TEST(Studio, PutsTheProjectorsTintIntoItsPhotographs) {
   const Image3 photograph = studio.radiance({0, {{white, 0.0, 0.5}}});
   const Radiance d = small_head().depolarized(
       small_head().receivers(Eye::kLeft),
-      {std::make_unique<PatchLight>(small_head().projector_light(
-           Image3(800, 1280, Vec3(1, 1, 1)))).get()})[0];
+      {std::make_unique<PatchLight>(small_head().projector_light(Image3(800, 1280, Vec3(1, 1, 1))))
+           .get()})[0];
   const Receivers& r = small_head().receivers(Eye::kLeft);
   const size_t i = r.size() / 2;
   const Vec3 seen = photograph(r.pixel[i] / r.width, r.pixel[i] % r.width);
@@ -103,9 +103,8 @@ const fs::path& session_folder() {
     write_session(made, small_head(), &studio);
     write_truth(made / "truth", small_head());
     fs::copy_file(made / "truth" / "regions.png", made / "regions.png");
-    std::atexit([] {
-      fs::remove_all(fs::temp_directory_path() / ("twin_" + std::to_string(::getpid())));
-    });
+    std::atexit(
+        [] { fs::remove_all(fs::temp_directory_path() / ("twin_" + std::to_string(::getpid()))); });
     return made;
   }();
   return folder;
@@ -148,8 +147,8 @@ TEST(Truth, SeparatesWhatAddsUpToTheFrontPhotograph) {
     const int y = r.pixel[i] / r.width, x = r.pixel[i] % r.width;
     if (!r.label[i] || !is_finite(truth.deep_albedo(y, x))) continue;
     const Vec3 p = r.targets.position_mm[i];
-    const float e = dot(r.shading_normal[i], head.projector().direction(p)) *
-                    head.projector().strength(p);
+    const float e =
+        dot(r.shading_normal[i], head.projector().direction(p)) * head.projector().strength(p);
     const Vec3 sum = (truth.shallow_albedo(y, x) + truth.deep_albedo(y, x)) * e;
     EXPECT_NEAR(sum[0], d[i][0], 0.02f * d[i][0] + 1e-3f);
   }
@@ -176,7 +175,8 @@ v1::ExposureReport nominal_report() {
 }
 
 TEST(Server, SendsThePhotographThatTheSessionHas) {
-  const fs::path path = fs::temp_directory_path() / ("twin_" + std::to_string(::getpid()) + ".sock");
+  const fs::path path =
+      fs::temp_directory_path() / ("twin_" + std::to_string(::getpid()) + ".sock");
   Studio studio(small_head(), 0, 1), same(small_head(), 0, 1);
   std::atomic<bool> stop = false;
   const LocalListener listener(path);
