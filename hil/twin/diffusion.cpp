@@ -111,7 +111,7 @@ struct Diffusion::Source {
 };
 
 Diffusion::Diffusion(const Surface& surface, const SkinProfiles& profiles)
-    : surface_(surface), tree_(surface), tables_(size_t(kRegionCount * kSizes)) {
+    : tree_(surface), tables_(size_t(kRegionCount * kSizes)) {
   for (int region = 0; region < kRegionCount; ++region) {
     const auto& p = profiles[size_t(region)];
     totals_[size_t(region)] =

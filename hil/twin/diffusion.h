@@ -76,7 +76,6 @@ class Diffusion {
                      const std::vector<const PatchLight*>& lights,
                      std::vector<std::vector<Vec3>>* radiance) const;
 
-  const Surface& surface_;
   PatchTree tree_;
   std::vector<Table> tables_;              // region * kSizes + size
   std::array<Rgb4, kRegionCount> totals_;  // diffuse reflectance

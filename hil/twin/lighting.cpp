@@ -56,7 +56,7 @@ LedVisibility::Corners LedVisibility::around(float grid_row, float grid_column) 
 }
 
 std::vector<Vec3> LedVisibility::net_light(const std::vector<float>& levels,
-                                           const LightStage& stage, bool shadows) const {
+                                           const LightStage& stage) const {
   std::vector<Vec3> net(size_t(rows_) * size_t(columns_));
   parallel_for(rows_, [&](int i) {
     const int row = std::min(i * kStride, surface_.rows - 1);
@@ -67,8 +67,7 @@ std::vector<Vec3> LedVisibility::net_light(const std::vector<float>& levels,
       Vec3 sum(0, 0, 0);
       for (size_t led = 0; led < led_count_; ++led) {
         const Vec3 w = stage.leds()[led].direction;
-        const bool lit = !shadows || seen_[vertex * led_count_ + led];
-        if (lit && dot(n, w) > 0.f) {
+        if (seen_[vertex * led_count_ + led] && dot(n, w) > 0.f) {
           sum += w * (levels[led] * stage.irradiance(led, surface_.position_mm[at])[0]);
         }
       }
@@ -87,9 +86,8 @@ Vec3 LedVisibility::interpolate(const std::vector<Vec3>& coarse, float grid_row,
 }
 
 std::vector<Vec3> led_irradiance(const Surface& surface, const LedVisibility& visibility,
-                                 const LightStage& stage, const std::vector<float>& levels,
-                                 bool shadows) {
-  const std::vector<Vec3> net = visibility.net_light(levels, stage, shadows);
+                                 const LightStage& stage, const std::vector<float>& levels) {
+  const std::vector<Vec3> net = visibility.net_light(levels, stage);
   std::vector<Vec3> irradiance(surface.size());
   parallel_for(
       surface.rows,

@@ -29,10 +29,8 @@ class LedVisibility {
   Corners around(float grid_row, float grid_column) const;
 
   // Sum over the LEDs above the horizon and in sight of level * direction at every coarse vertex;
-  // the irradiance of a nearby normal is its product with that. With `shadows` off every LED is
-  // seen.
-  std::vector<Vec3> net_light(const std::vector<float>& levels, const LightStage& stage,
-                              bool shadows) const;
+  // the irradiance of a nearby normal is its product with that.
+  std::vector<Vec3> net_light(const std::vector<float>& levels, const LightStage& stage) const;
 
   // Values at coarse vertices to a place between them.
   Vec3 interpolate(const std::vector<Vec3>& coarse, float grid_row, float grid_column) const;
@@ -52,8 +50,7 @@ class LedVisibility {
 
 // Irradiance per vertex (white Lambertian radiance, session units) under LED levels.
 std::vector<Vec3> led_irradiance(const Surface& surface, const LedVisibility& visibility,
-                                 const LightStage& stage, const std::vector<float>& levels,
-                                 bool shadows = true);
+                                 const LightStage& stage, const std::vector<float>& levels);
 
 // A light at one place: the projector, or a bare point.
 class PointLight {

@@ -30,8 +30,8 @@ Receivers Photographer::see(const Camera& camera) const {
   return see_subject(camera, surface_, subject_, skins_);
 }
 
-PatchLight Photographer::led_light(const std::vector<float>& levels, bool shadows) const {
-  return gathered(led_irradiance(surface_, *visibility_, rig_.stage, levels, shadows));
+PatchLight Photographer::led_light(const std::vector<float>& levels) const {
+  return gathered(led_irradiance(surface_, *visibility_, rig_.stage, levels));
 }
 
 Vec3 Photographer::pattern_at(const Image3& emitted, const Vec3& x_mm) const {

@@ -41,7 +41,7 @@ class Photographer {
   Receivers see(const Camera& camera) const;
 
   // Power on the surface, ready to scatter.
-  PatchLight led_light(const std::vector<float>& levels, bool shadows = true) const;
+  PatchLight led_light(const std::vector<float>& levels) const;
   PatchLight projector_light(const Image3& emitted) const;
   PatchLight point_light(const PointLight& light, const Vec3& colour) const;
   PatchLight gathered(const std::vector<Vec3>& irradiance) const;  // per vertex

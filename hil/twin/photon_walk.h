@@ -16,9 +16,8 @@ struct LayerOptics {
   float thickness_mm = std::numeric_limits<float>::infinity();
 };
 
-// Two layers, the lower one may be infinite or of thickness 0 (a single slab). Both have index
-// `ior`; above is air, below the lower layer is an index-matched absorber (or, where the slab is
-// finite, the same index as `ior` = nothing is reflected there).
+// Two layers of index `ior` under air; the lower one may be infinite, or of thickness 0 (a single
+// slab). What lies below reflects nothing.
 struct SlabOptics {
   LayerOptics upper, lower;
   float ior = 1.38f;

@@ -22,8 +22,8 @@ struct Subject {
   std::function<float(const Vec3&)> intensity_modulation;  // of c, about 1
   std::function<Vec3(const Vec3&, const Vec3&)> shading_normal;  // position, normal -> normal
 
-  // Where rays start that find the surface from outside: the axis of the lower, cylindrical part
-  // ends `axis_bottom_mm` below the centre; 0 for a subject that is one star about its centre.
+  // Where rays start that find the surface from outside: the centre, and for a lower, cylindrical
+  // part an axis of this length below it; 0 for a subject that is one star about its centre.
   Vec3 centre_mm{0, 0, 0};
   float axis_length_mm = 0;
 };
