@@ -5,6 +5,7 @@
 #include "apps/commands.h"
 #include "base/error.h"
 #include "review/display.h"
+#include "io/session.h"
 #include "review/review.h"
 
 namespace lamella::apps {
@@ -14,7 +15,7 @@ namespace {
 struct Arguments {
   fs::path session, fit, screenshot;
   std::string size = "1600x900", layers = "specular,single,shallow,deep", light = "portrait";
-  double azimuth_deg = -9, elevation_deg = 2;
+  double azimuth_deg = 6, elevation_deg = 2;
   float exposure = 1.15f;
 };
 
@@ -32,7 +33,7 @@ void run(const Arguments& a) {
   review::ReviewRequest request;
   request.session = a.session;
   request.fit = a.fit.empty() ? a.session / "fit" : a.fit;
-  request.subject = fs::absolute(a.session / ".").lexically_normal().parent_path().filename();
+  request.subject = read_session(a.session).subject;
   request.size = parsed_size(a.size);
   request.gains = review::gains_named(a.layers);
   request.lighting = review::lighting_named(a.light);
