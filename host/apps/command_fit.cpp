@@ -50,9 +50,9 @@ void run_fit(const FitArguments& args) {
     fmt::print(stderr, "lamella: warning: {}\n", warning);
   }
   const fs::path out = args.out.empty() ? session.path / "fit" : fs::path(args.out);
+  WholeFolder folder(out, "layers.json");
   fit::LayeredFit fit = fit::fit_layers(session, fit::step_from_name(args.until));
   const Stopwatch write_watch;
-  WholeFolder folder(out, "layers.json");
   const bool whole = !fit.maps.total_albedo.empty();
   tbb::parallel_invoke(
       [&] { write_layer_maps(folder.path(), fit.maps); },

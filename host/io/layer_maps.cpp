@@ -136,6 +136,13 @@ void write_layer_maps(const fs::path& folder, const LayerMaps& maps) {
 v1::Layers read_layers(const fs::path& file) {
   v1::Layers layers;
   read_json(file, &layers, NonFinite::kAllowed);
+  if (layers.format() != "lamella.layers.v1") {
+    throw_bad_input(file.string() + ": format", "\"" + layers.format() + "\"",
+                    "this program reads lamella.layers.v1; run fit again");
+  }
+  if (layers.regions_size() == 0) {
+    throw_bad_input(file.string() + ": regions", "missing", "run fit again");
+  }
   return layers;
 }
 

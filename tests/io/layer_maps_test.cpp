@@ -100,7 +100,8 @@ TEST(LayerMaps, NeedPositionsAndNormals) {
 TEST(Layers, MayHoldFiguresThatAreNotKnown) {
   const ScratchFolder scratch;
   write_whole_text(scratch.path() / "layers.json",
-                   R"({"regions": [{"name": "lips", "deep": {"ld_mm": [1, "NaN", 2]}}]})");
+                   R"({"format": "lamella.layers.v1",
+                       "regions": [{"name": "lips", "deep": {"ld_mm": [1, "NaN", 2]}}]})");
   const v1::Layers layers = read_layers(scratch.path() / "layers.json");
   EXPECT_TRUE(std::isnan(layers.regions(0).deep().ld_mm(1)));
 }
