@@ -51,6 +51,7 @@ LayerMaps some_maps() {
 
 v1::Layers some_layers() {
   v1::Layers layers;
+  layers.set_format("lamella.layers.v1");
   v1::Region* region = layers.add_regions();
   region->set_name("skin");
   region->mutable_specular()->set_gaussian_m(0.3);
