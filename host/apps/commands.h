@@ -1,4 +1,5 @@
-// The subcommands of `lamella`. Each adds itself to the parser and, when chosen, sets the exit code:
+// The subcommands of `lamella`. Each adds itself to the parser and, when chosen, sets the exit
+// code:
 // 0 done, 1 done but below the quality asked, 2 bad input, 3 rig or link failed.
 #pragma once
 

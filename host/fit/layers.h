@@ -1,4 +1,5 @@
-// The fit: twenty photographs to the layers of the model, one page, step by step as the paper has it.
+// The fit: twenty photographs to the layers of the model, one page, step by step as the paper
+// has it.
 #pragma once
 
 #include <string>

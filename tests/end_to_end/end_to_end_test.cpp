@@ -1,5 +1,6 @@
 // The main job through the real programs: the firmware plays a burst on the simulated rig, the twin
-// photographs what its light did, the host receives, fits, compares and exports. And: what goes wrong
+// photographs what its light did, the host receives, fits, compares and exports. And: what goes
+// wrong
 // on the rig is seen in the picture.
 #include <gtest/gtest.h>
 
