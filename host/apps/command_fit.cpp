@@ -35,8 +35,8 @@ void print_summary(const v1::Layers& layers, const fs::path& out, double total_s
                  r.deep().alpha_dot(2));
     }
     if (r.single().amplitude_size() == 3) {
-      fmt::print("    {:>6.4f} {:>6.4f} {:>6.4f}", r.single().amplitude(0),
-                 r.single().amplitude(1), r.single().amplitude(2));
+      fmt::print("    {:>6.4f} {:>6.4f} {:>6.4f}", r.single().amplitude(0), r.single().amplitude(1),
+                 r.single().amplitude(2));
     }
     fmt::print("\n");
   }
@@ -54,12 +54,12 @@ void run_fit(const FitArguments& args) {
   fit::LayeredFit fit = fit::fit_layers(session, fit::step_from_name(args.until));
   const Stopwatch write_watch;
   const bool whole = !fit.maps.total_albedo.empty();
-  tbb::parallel_invoke(
-      [&] { write_layer_maps(folder.path(), fit.maps); },
-      [&] {
-        if (!whole) return;
-        exporting::export_face(fit.maps, fit.layers, session.subject, folder.path() / "model.glb");
-      });
+  tbb::parallel_invoke([&] { write_layer_maps(folder.path(), fit.maps); },
+                       [&] {
+                         if (!whole) return;
+                         exporting::export_face(fit.maps, fit.layers, session.subject,
+                                                folder.path() / "model.glb");
+                       });
   auto& timings = *fit.layers.mutable_timings_s();
   timings["write"] = write_watch.seconds();
   timings["total"] = watch.seconds();

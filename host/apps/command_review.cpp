@@ -4,8 +4,8 @@
 
 #include "apps/commands.h"
 #include "base/error.h"
-#include "review/display.h"
 #include "io/session.h"
+#include "review/display.h"
 #include "review/review.h"
 
 namespace lamella::apps {

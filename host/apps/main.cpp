@@ -10,7 +10,8 @@ int main(int argc, char** argv) {
   using namespace lamella;
   CLI::App app{"Layered facial reflectance, from the rig to the engine."};
   app.require_subcommand(1);
-  app.footer("Exit codes: 0 done, 1 done but below the quality asked, 2 bad input, 3 rig or link failed.");
+  app.footer(
+      "Exit codes: 0 done, 1 done but below the quality asked, 2 bad input, 3 rig or link failed.");
   google::protobuf::SetLogHandler(nullptr);  // what is wrong with a message is ours to say
   int exit_code = 0;
   apps::add_capture(app, &exit_code);

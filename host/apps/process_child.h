@@ -33,7 +33,6 @@ class ChildProcess {
   std::string last_words() const;
 
  private:
-
   std::string name_;
   fs::path out_, err_;
   pid_t pid_ = -1;

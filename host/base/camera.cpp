@@ -59,8 +59,8 @@ cv::Matx34d Camera::projection() const {
   const Mat33d k(fx, 0, cx, 0, fy, cy, 0, 0, 1);
   const Mat33d kr = k * cam_from_rig;
   const Vec3d kt = k * translation_mm;
-  return {kr(0, 0), kr(0, 1), kr(0, 2), kt[0], kr(1, 0), kr(1, 1), kr(1, 2), kt[1],
-          kr(2, 0), kr(2, 1), kr(2, 2), kt[2]};
+  return {kr(0, 0), kr(0, 1), kr(0, 2), kt[0],    kr(1, 0), kr(1, 1),
+          kr(1, 2), kt[1],    kr(2, 0), kr(2, 1), kr(2, 2), kt[2]};
 }
 
 }  // namespace lamella

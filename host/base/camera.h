@@ -13,14 +13,14 @@ struct Camera {
   std::string id;
   int width = 0;
   int height = 0;
-  double fx = 0, fy = 0, cx = 0, cy = 0;     // pixels
-  std::array<double, 5> distortion{};        // k1 k2 p1 p2 k3
-  Mat33d cam_from_rig = Mat33d::eye();       // rotation
-  Vec3d translation_mm{0, 0, 0};             // x_cam = cam_from_rig * x_rig + translation_mm
-  double saturation = 1e30;                  // stored units
-  double read_noise = 0;                     // one sigma, stored units
-  double full_well_electrons = 0;            // at stored saturation; 0: unknown
-  double extinction = 0;                     // share of S that leaks into cross
+  double fx = 0, fy = 0, cx = 0, cy = 0;  // pixels
+  std::array<double, 5> distortion{};     // k1 k2 p1 p2 k3
+  Mat33d cam_from_rig = Mat33d::eye();    // rotation
+  Vec3d translation_mm{0, 0, 0};          // x_cam = cam_from_rig * x_rig + translation_mm
+  double saturation = 1e30;               // stored units
+  double read_noise = 0;                  // one sigma, stored units
+  double full_well_electrons = 0;         // at stored saturation; 0: unknown
+  double extinction = 0;                  // share of S that leaks into cross
 
   bool has_distortion() const;
 
@@ -31,7 +31,7 @@ struct Camera {
   // distortion removed (iterated as OpenCV does).
   Vec3d ray(double u, double v) const;
 
-  // Pixel of a point in the rig frame (mm), distortion applied. A point behind the camera gives NaN.
+  // Pixel of a point in the rig frame (mm), distortion applied; NaN for one behind the camera.
   cv::Vec2d project(const Vec3d& x_rig_mm) const;
 
   // Depth along the optical axis, mm.

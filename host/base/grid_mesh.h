@@ -10,8 +10,8 @@ namespace lamella {
 
 struct GridMesh {
   std::vector<Vec3> vertices_mm;
-  std::vector<cv::Vec3i> triangles;   // counter-clockwise seen from outside
-  std::vector<cv::Point> pixel;       // of each vertex, in the map it came from
+  std::vector<cv::Vec3i> triangles;  // counter-clockwise seen from outside
+  std::vector<cv::Point> pixel;      // of each vertex, in the map it came from
 };
 
 // `position_mm`: NaN where nothing was measured. Every `step`-th pixel becomes a vertex. A quad

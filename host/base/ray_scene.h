@@ -9,9 +9,9 @@
 namespace lamella {
 
 struct Hit {
-  float distance_mm = -1;   // negative: nothing was hit
+  float distance_mm = -1;  // negative: nothing was hit
   int triangle = -1;
-  float u = 0, v = 0;       // barycentric weights of the second and third corner
+  float u = 0, v = 0;  // barycentric weights of the second and third corner
 };
 
 class RayScene {

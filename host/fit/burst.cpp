@@ -173,7 +173,7 @@ void add_left_frames(Reader* reader, Burst* burst) {
 }
 
 void remove_ambient(Burst* burst, const AnalyserPair& ambient) {
-  // One ambient photograph serves both analysers where only one was taken: room light is unpolarized.
+  // Room light is unpolarized: one photograph of it serves both analysers.
   const Image3& parallel = ambient.parallel.empty() ? ambient.cross : ambient.parallel;
   const Image3& cross = ambient.cross.empty() ? ambient.parallel : ambient.cross;
   subtract(&burst->full.parallel, parallel);

@@ -21,7 +21,7 @@ Image3 polarized(const AnalyserPair& pair);
 
 // Variance of one stored sample, from the camera's noise model, in radiance units squared.
 struct NoiseModel {
-  double read_variance = 0;           // stored^2, quantisation included
+  double read_variance = 0;             // stored^2, quantisation included
   double photon_variance_per_unit = 0;  // stored: variance = read + this * stored value
   float variance(float radiance, float radiance_scale = 1.f) const;
 };
@@ -33,23 +33,23 @@ struct Burst {
   NoiseModel noise;
 
   // LED lit.
-  AnalyserPair full;                      // GRADIENT_FULL
-  std::array<AnalyserPair, 3> gradient;   // GRADIENT_X, _Y, _Z
-  Mask clipped_led;                       // clipped in any LED frame
+  AnalyserPair full;                     // GRADIENT_FULL
+  std::array<AnalyserPair, 3> gradient;  // GRADIENT_X, _Y, _Z
+  Mask clipped_led;                      // clipped in any LED frame
 
   // Projector lit, left camera. `front` still holds the projector's black level (white is
   // b + (1 - b) = 1); every other pattern has it removed, so that its light is (1 - b) x pattern.
   AnalyserPair front;
-  Image3 black;                           // BLACK frame, cross
-  Image3 front_lit;                       // front.cross - black
-  std::vector<Image3> fringe;             // cross - black, by index
-  Image3 dots;                            // cross - black
-  std::array<Image3, 4> stripes;          // cross - black
+  Image3 black;                   // BLACK frame, cross
+  Image3 front_lit;               // front.cross - black
+  std::vector<Image3> fringe;     // cross - black, by index
+  Image3 dots;                    // cross - black
+  std::array<Image3, 4> stripes;  // cross - black
   Mask clipped_projector;
-  float black_level = 0;                  // b, estimated: median of BLACK / FRONT cross
+  float black_level = 0;  // b, estimated: median of BLACK / FRONT cross
 
   // Right camera; empty where there is none.
-  std::vector<Image3> right_fringe;       // cross - black
+  std::vector<Image3> right_fringe;  // cross - black
   Image3 right_front_lit;
 };
 

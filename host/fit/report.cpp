@@ -4,7 +4,7 @@ namespace lamella::fit {
 
 namespace {
 
-constexpr double kIor = 1.38;              // of skin's top layer, Donner and Jensen 2006
+constexpr double kIor = 1.38;                   // of skin's top layer, Donner and Jensen 2006
 constexpr float kSigmaAtHalfConfidence = 0.1f;  // mm
 
 using Values = google::protobuf::RepeatedField<double>;

@@ -32,7 +32,7 @@ struct Scattering {
 };
 
 struct Albedo {
-  Image3 total;       // occlusion removed by inverse simulation
+  Image3 total;  // occlusion removed by inverse simulation
   Image1 confidence;
 };
 

@@ -127,7 +127,9 @@ void write_layer_maps(const fs::path& folder, const LayerMaps& maps) {
     });
   }
   if (!maps.specular_intensity.empty()) {
-    jobs.push_back([&] { write_exr(at("specular_intensity"), {{"Y", maps.specular_intensity}}, PixelType::kHalf); });
+    jobs.push_back([&] {
+      write_exr(at("specular_intensity"), {{"Y", maps.specular_intensity}}, PixelType::kHalf);
+    });
   }
   jobs.push_back([&] { write_labels(folder / "regions.png", maps.regions); });
   tbb::parallel_for(size_t(0), jobs.size(), [&](size_t i) { jobs[i](); });

@@ -14,7 +14,7 @@ struct Light {
   Kind kind = Kind::kPoint;
   Vec3 position_mm{0, 0, 0};         // kPoint
   Vec3 radiance_at_origin{1, 1, 1};  // of a white surface at the origin that faces the light
-  std::vector<float> weights{};       // kLeds
+  std::vector<float> weights{};      // kLeds
   fs::path file{};                   // kEnvironment; relative to the view file
 };
 

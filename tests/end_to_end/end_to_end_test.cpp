@@ -1,7 +1,6 @@
 // The main job through the real programs: the firmware plays a burst on the simulated rig, the twin
 // photographs what its light did, the host receives, fits, compares and exports. And: what goes
-// wrong
-// on the rig is seen in the picture.
+// wrong on the rig is seen in the picture.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -22,9 +21,12 @@ class EndToEnd : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder_ = new PrivateFolder;
-    const std::vector<std::string> arguments{
-        LAMELLA_BINARY, "twin", "--serve", socket(), "--subject", "sphere", "--scale", "0.2",
-        "--calibration-out", at("calibration.json"), "--truth-out", at("truth")};
+    const std::vector<std::string> arguments{LAMELLA_BINARY,      "twin",
+                                             "--serve",           socket(),
+                                             "--subject",         "sphere",
+                                             "--scale",           "0.2",
+                                             "--calibration-out", at("calibration.json"),
+                                             "--truth-out",       at("truth")};
     twin_ = new ChildProcess("twin", arguments, folder_->path());
     twin_->wait_for_line("serving ", kReady_s, [] { return false; });
   }
@@ -40,8 +42,16 @@ class EndToEnd : public ::testing::Test {
   // A burst on a rig with this fault ("" for none) becomes the session `name`.
   static testing::Outcome capture(const std::string& name, const std::string& fault) {
     std::vector<std::string> arguments{
-        (fs::path(LAMELLA_BINARY).parent_path() / "lamella-rigd").string(), "--hal", "sim", "--rig",
-        LAMELLA_SIM_RIG, "--twin", socket(), "--calibration", at("calibration.json"), "--listen",
+        (fs::path(LAMELLA_BINARY).parent_path() / "lamella-rigd").string(),
+        "--hal",
+        "sim",
+        "--rig",
+        LAMELLA_SIM_RIG,
+        "--twin",
+        socket(),
+        "--calibration",
+        at("calibration.json"),
+        "--listen",
         "127.0.0.1:0"};
     if (!fault.empty()) arguments.insert(arguments.end(), {"--inject", fault});
     ChildProcess firmware("rigd-" + name, arguments, folder_->path());

@@ -1,4 +1,4 @@
-"""check_layers.py ROOT: does every include run the way the design says? Prints each that does not."""
+"""check_layers.py ROOT: prints each include that does not run the way the design says."""
 import pathlib
 import re
 import sys
@@ -19,7 +19,8 @@ HOST = {
 # Only these firmware files may touch the operating system.
 FIRMWARE_OS = re.compile(r"^(hal_.*|store|link|supervise|main)\.(c|h)$")
 OS_HEADER = re.compile(
-    r"^(sys/|arpa/|netinet/|linux/|net/|(unistd|fcntl|signal|poll|pthread|sched|dirent|termios|netdb)\.h$)")
+    r"^(sys/|arpa/|netinet/|linux/|net/|"
+    r"(unistd|fcntl|signal|poll|pthread|sched|dirent|termios|netdb)\.h$)")
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
 MAX_LINES = 500
 
@@ -49,7 +50,8 @@ def firmware_faults(path):
         if room_of(header) in HOST and "/" in header and not system:
             yield f"{path}:{number}: firmware includes host: {header}"
         if system and OS_HEADER.match(header) and not FIRMWARE_OS.match(path.name):
-            yield f"{path}:{number}: only hal_*, store, link, supervise and main may include <{header}>"
+            yield (f"{path}:{number}: only hal_*, store, link, supervise and main "
+                   f"may include <{header}>")
 
 
 def sources(folder):
