@@ -4,7 +4,7 @@
 
 #include "apps/commands.h"
 #include "export/export.h"
-#include "io/layer_maps.h"
+#include "io/fit_folder.h"
 
 namespace lamella::apps {
 
@@ -17,11 +17,10 @@ struct Arguments {
 
 void run(const Arguments& a) {
   const fs::path folder = a.fit.empty() ? a.session / "fit" : a.fit;
-  const LayerMaps maps = read_layer_maps(folder);
-  const v1::Layers layers = read_layers(folder / "layers.json");
+  const FitFolder fit = read_fit_folder(folder);
   const std::string subject = fs::absolute(a.session).lexically_normal().filename().string();
   const exporting::ExportReport report =
-      exporting::export_face(maps, layers, subject, a.out, a.options);
+      exporting::export_face(fit.maps, fit.layers, subject, a.out, a.options);
   std::printf("%s: %zu triangles, %zu vertices, %.2f MB, %.2f s\n", a.out.c_str(), report.triangles,
               report.vertices, double(report.bytes) / 1e6, report.seconds);
 }

@@ -4,6 +4,7 @@
 
 #include "apps/commands.h"
 #include "base/error.h"
+#include "io/fit_folder.h"
 #include "io/session.h"
 #include "review/display.h"
 #include "review/review.h"
@@ -41,8 +42,9 @@ void run(const Arguments& a) {
   request.elevation_rad = float(a.elevation_deg * M_PI / 180);
   request.exposure = a.exposure;
   if (!a.screenshot.empty()) review::ensure_display();
-  request.maps = read_layer_maps(request.fit);
-  request.layers = read_layers(request.fit / "layers.json");
+  FitFolder fit = read_fit_folder(request.fit);
+  request.maps = std::move(fit.maps);
+  request.layers = std::move(fit.layers);
   if (a.screenshot.empty()) {
     review::show_window(request);
   } else {

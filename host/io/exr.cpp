@@ -198,6 +198,10 @@ cv::Size exr_size(const fs::path& path) {
   return reading(path, [&](Imf::InputFile& file) { return checked_size(file, path); });
 }
 
+std::string size_words(cv::Size size) {
+  return std::to_string(size.width) + "x" + std::to_string(size.height);
+}
+
 std::vector<std::string> exr_channels(const fs::path& path) {
   return reading(path, [&](Imf::InputFile& file) {
     std::vector<std::string> names;

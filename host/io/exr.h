@@ -31,6 +31,9 @@ std::vector<Image1> read_exr(const fs::path& path, const std::vector<std::string
 // Width and height, from the header alone.
 cv::Size exr_size(const fs::path& path);
 
+// "600x750"
+std::string size_words(cv::Size size);
+
 // Names of the channels of a file, sorted.
 std::vector<std::string> exr_channels(const fs::path& path);
 

@@ -68,7 +68,10 @@ namespace {
 void require_one_size(const fs::path& folder, const LayerMaps& maps) {
   const auto require = [&](const std::string& file, cv::Size size) {
     if (size.empty() || size == maps.position_mm.size()) return;
-    throw_bad_input((folder / file).string(), "has another size than position.exr");
+    throw_bad_input(
+        (folder / file).string(),
+        size_words(size) + " pixels, position.exr has " + size_words(maps.position_mm.size()),
+        "run fit again");
   };
   for (const Map3& m : kMaps3) require(std::string(m.name) + ".exr", (maps.*m.member).size());
   require("normal_diffuse.exr", maps.normal_diffuse[0].size());
@@ -87,8 +90,9 @@ LayerMaps read_layer_maps(const fs::path& folder) {
     if (!fs::exists(at(m.name))) continue;
     maps.*m.member = m.xyz ? read_exr_xyz(at(m.name)) : read_exr_rgb(at(m.name));
   }
-  if (maps.position_mm.empty() || maps.normal_specular.empty()) {
-    throw_bad_input(folder.string(), "no position.exr or normal_specular.exr", "run fit first");
+  for (const char* needed : {"position", "normal_specular"}) {
+    if (fs::exists(at(needed))) continue;
+    throw_bad_input(at(needed).string(), "missing", "run fit to its end");
   }
   if (fs::exists(at("normal_diffuse"))) read_normal_diffuse(at("normal_diffuse"), &maps);
   if (fs::exists(at("specular_intensity"))) {

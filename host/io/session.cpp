@@ -72,10 +72,6 @@ void read_patterns(const v1::Patterns& m, Session* s) {
   }
 }
 
-std::string size_words(cv::Size size) {
-  return std::to_string(size.width) + "x" + std::to_string(size.height);
-}
-
 void require_time(double time_us, const std::string& at) {
   if (!(std::abs(time_us) < kLongest_us)) throw_bad_input(at, "not a time within a burst");
 }

@@ -86,7 +86,7 @@ TEST(LayerMaps, MustAllShowTheSamePixels) {
   maps.deep_albedo = Image3(4, 4, Vec3(0, 0, 0));
   write_layer_maps(scratch.path(), maps);
   EXPECT_TRUE(names(complaint([&] { read_layer_maps(scratch.path()); }),
-                    {"deep_albedo.exr", "another size"}));
+                    {"deep_albedo.exr", "4x4", "4x5"}));
 }
 
 TEST(LayerMaps, NeedPositionsAndNormals) {
