@@ -87,13 +87,16 @@ class Reader {
   std::vector<Slot> slots_;
 };
 
-NoiseModel noise_of(const Camera& camera) {
-  NoiseModel noise;
+// Of photographs like the one of `role`, whose radiance_scale turns stored values into radiance.
+NoiseModel noise_of(const Session& session, const Camera& camera, Role role) {
+  const Frame* frame = session.find(camera.id, role, 0, Analyser::kCross);
+  const double scale = frame ? mean(frame->radiance_scale) : 1;
   const bool known = camera.saturation < 1e29;
   const double step = known ? camera.saturation / kQuantisationSteps : 0;
-  noise.read_variance = camera.read_noise * camera.read_noise + step * step / 12;
+  NoiseModel noise;
+  noise.read_variance = scale * scale * (camera.read_noise * camera.read_noise + step * step / 12);
   if (known && camera.full_well_electrons > 0) {
-    noise.photon_variance_per_unit = camera.saturation / camera.full_well_electrons;
+    noise.photon_variance_per_unit = scale * camera.saturation / camera.full_well_electrons;
   }
   return noise;
 }
@@ -134,13 +137,21 @@ Labels subject_mask(const Image3& front_lit) {
   return labels;
 }
 
-void remove_black(Burst* burst, Image3* right_black) {
+// BLACK shows b of what FRONT shows, polarized light that leaks through the analyser included.
+void remove_projector_extinction(double extinction, Burst* burst) {
+  remove_extinction(&burst->front, extinction);
+  if (extinction <= 0) return;
+  const float leak = float(extinction) * burst->black_level;
+  burst->black -= polarized(burst->front) * leak;
+}
+
+void remove_black(Burst* burst, const Image3& right_black) {
   burst->front_lit = burst->front.cross - burst->black;
   subtract(&burst->dots, burst->black);
   for (Image3& image : burst->fringe) subtract(&image, burst->black);
   for (Image3& image : burst->stripes) subtract(&image, burst->black);
-  subtract(&burst->right_front_lit, *right_black);
-  for (Image3& image : burst->right_fringe) subtract(&image, *right_black);
+  subtract(&burst->right_front_lit, right_black);
+  for (Image3& image : burst->right_fringe) subtract(&image, right_black);
 }
 
 bool has_right_geometry(const Session& session) {
@@ -176,11 +187,35 @@ void remove_ambient(Burst* burst, const AnalyserPair& ambient) {
   // Room light is unpolarized: one photograph of it serves both analysers.
   const Image3& parallel = ambient.parallel.empty() ? ambient.cross : ambient.parallel;
   const Image3& cross = ambient.cross.empty() ? ambient.parallel : ambient.cross;
-  subtract(&burst->full.parallel, parallel);
-  subtract(&burst->full.cross, cross);
-  for (AnalyserPair& g : burst->gradient) {
-    subtract(&g.parallel, parallel);
-    subtract(&g.cross, cross);
+  for (AnalyserPair* pair :
+       {&burst->full, &burst->gradient[0], &burst->gradient[1], &burst->gradient[2]}) {
+    subtract(&pair->parallel, parallel);
+    subtract(&pair->cross, cross);
+  }
+  if (parallel.empty()) return;
+  // The colours of projector-lit photographs were turned, and with them the ambient light in them.
+  Image3 turned_parallel = parallel.clone(), turned_cross = cross.clone();
+  transform_colours(&turned_parallel, burst->session->projector_to_led);
+  transform_colours(&turned_cross, burst->session->projector_to_led);
+  subtract(&burst->front.parallel, turned_parallel);
+  for (Image3* image : {&burst->front.cross, &burst->black, &burst->dots}) {
+    subtract(image, turned_cross);
+  }
+  for (Image3& image : burst->fringe) subtract(&image, turned_cross);
+  for (Image3& image : burst->stripes) subtract(&image, turned_cross);
+}
+
+void set_regions(const Session& session, Burst* burst) {
+  if (session.regions_file.empty()) {
+    burst->regions = subject_mask(burst->front.cross - burst->black);
+    burst->region_names = {"background", "face"};
+  } else {
+    burst->regions = read_regions(session);
+    burst->region_names = session.region_names;
+  }
+  if (cv::countNonZero(burst->regions) == 0) {
+    throw_bad_input((session.path / "session.json").string(), "no subject in the photographs",
+                    "give a label image in regions.file");
   }
 }
 
@@ -188,17 +223,16 @@ void remove_ambient(Burst* burst, const AnalyserPair& ambient) {
 
 Image3 polarized(const AnalyserPair& pair) { return pair.parallel - pair.cross; }
 
-float NoiseModel::variance(float radiance, float radiance_scale) const {
-  const double stored = std::max(0.f, radiance / radiance_scale);
-  const double variance = read_variance + photon_variance_per_unit * stored;
-  return float(variance * radiance_scale * radiance_scale);
+float NoiseModel::variance(float radiance) const {
+  return float(read_variance + photon_variance_per_unit * double(std::max(0.f, radiance)));
 }
 
 Burst linearise(const Session& session) {
   require_burst(session);
   Burst burst;
   burst.session = &session;
-  burst.noise = noise_of(session.left);
+  burst.led_noise = noise_of(session, session.left, Role::kGradientFull);
+  burst.projector_noise = noise_of(session, session.left, Role::kFront);
   burst.fringe.resize(session.patterns.fringe_periods.size());
   Reader reader(session);
   add_left_frames(&reader, &burst);
@@ -207,6 +241,7 @@ Burst linearise(const Session& session) {
   reader.add("left", Role::kAmbient, 0, Analyser::kCross, &ambient.cross);
   Image3 right_black;
   if (has_right_geometry(session)) {
+    burst.right_noise = noise_of(session, *session.right, Role::kFront);
     burst.right_fringe.resize(burst.fringe.size());
     for (size_t i = 0; i < burst.fringe.size(); ++i) {
       reader.add("right", Role::kFringe, int(i), Analyser::kCross, &burst.right_fringe[i]);
@@ -217,22 +252,12 @@ Burst linearise(const Session& session) {
   reader.read(&burst.clipped_led, &burst.clipped_projector);
 
   remove_ambient(&burst, ambient);
+  set_regions(session, &burst);
+  burst.black_level = estimate_black_level(burst.black, burst.front.cross, burst.regions);
   remove_extinction(&burst.full, session.left.extinction);
   for (AnalyserPair& g : burst.gradient) remove_extinction(&g, session.left.extinction);
-  remove_extinction(&burst.front, session.left.extinction);
-  remove_black(&burst, &right_black);
-  if (session.regions_file.empty()) {
-    burst.regions = subject_mask(burst.front_lit);
-    burst.region_names = {"background", "face"};
-  } else {
-    burst.regions = read_regions(session);
-    burst.region_names = session.region_names;
-  }
-  if (cv::countNonZero(burst.regions) == 0) {
-    throw_bad_input((session.path / "session.json").string(), "no subject in the photographs",
-                    "give a label image in regions.file");
-  }
-  burst.black_level = estimate_black_level(burst.black, burst.front.cross, burst.regions);
+  remove_projector_extinction(session.left.extinction, &burst);
+  remove_black(&burst, right_black);
   return burst;
 }
 

@@ -1,5 +1,6 @@
 // Step 1, linearise: the photographs of one burst as radiance in the colours of the LEDs, black
-// level, ambient light, extinction and projector tint removed (session-format: Radiometry).
+// level, ambient light, extinction and projector tint removed (session-format: Radiometry). What
+// leaks into stripes and dots goes where the geometry is known (pattern_extinction.h).
 #pragma once
 
 #include <array>
@@ -19,18 +20,19 @@ struct AnalyserPair {
 // S = parallel - cross: surface reflection and single scattering. Noisy, may be negative.
 Image3 polarized(const AnalyserPair& pair);
 
-// Variance of one stored sample, from the camera's noise model, in radiance units squared.
+// Variance of one sample, from the camera's noise model and the photographs' radiance_scale.
 struct NoiseModel {
-  double read_variance = 0;             // stored^2, quantisation included
-  double photon_variance_per_unit = 0;  // stored: variance = read + this * stored value
-  float variance(float radiance, float radiance_scale = 1.f) const;
+  double read_variance = 0;             // radiance^2, quantisation included
+  double photon_variance_per_unit = 0;  // radiance: variance = read + this * radiance
+  float variance(float radiance) const;
 };
 
 struct Burst {
   const Session* session = nullptr;
   Labels regions;                         // 0 background
   std::vector<std::string> region_names;  // names[label]
-  NoiseModel noise;
+  NoiseModel led_noise, projector_noise;  // left camera
+  NoiseModel right_noise;                 // right camera, lit by the projector
 
   // LED lit.
   AnalyserPair full;                     // GRADIENT_FULL

@@ -100,8 +100,9 @@ Dot equations_of(const Burst& burst, const Geometry& geometry, const DotPattern&
     for (int c = 0; c < 3; ++c) {
       const float lit = burst.front_lit(p)[c], dark = burst.dots(p)[c], ratio = dark / lit;
       if (lit < kDarkest) continue;
-      const float variance =
-          (burst.noise.variance(dark) + ratio * ratio * burst.noise.variance(lit)) / (lit * lit);
+      const float variance = (burst.projector_noise.variance(dark) +
+                              ratio * ratio * burst.projector_noise.variance(lit)) /
+                             (lit * lit);
       dot.equations[size_t(c)].add(row, ratio, 1 / (variance + kModelError * kModelError));
     }
   }

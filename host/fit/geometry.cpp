@@ -16,9 +16,8 @@ namespace {
 constexpr float kDarkShare = 0.02f;  // of the subject's mean light: darker is not looked at
 constexpr float kDarkSigmas = 6.f;   // of read noise
 
-FringeCode fringe_code(const Burst& burst) {
-  return {burst.session->patterns.fringe_periods, double(burst.session->projector.width),
-          burst.noise};
+FringeCode fringe_code(const Session& session, const NoiseModel& noise) {
+  return {session.patterns.fringe_periods, double(session.projector.width), noise};
 }
 
 // Where the projector's light is seen at all: hair, ears and neck cast shadows though no region
@@ -41,13 +40,16 @@ float least_light(const Burst& burst) {
     }
   }
   return std::max(kDarkShare * float(sum / std::max(1., count)),
-                  kDarkSigmas * std::sqrt(burst.noise.variance(0)));
+                  kDarkSigmas * std::sqrt(burst.projector_noise.variance(0)));
 }
 
 DepthMap depth_of(const Burst& burst, const Camera& camera, const std::vector<Image3>& fringe,
                   const Image3& front_lit) {
   const Mask lit = lit_pixels(front_lit, least_light(burst));
-  const ProjectorColumns columns = decode_columns(fringe, front_lit, lit, fringe_code(burst));
+  const Session& session = *burst.session;
+  const FringeCode code = fringe_code(
+      session, camera.id == session.left.id ? burst.projector_noise : burst.right_noise);
+  const ProjectorColumns columns = decode_columns(fringe, front_lit, lit, code);
   return measure_depth(camera, burst.session->projector, columns);
 }
 

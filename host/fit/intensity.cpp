@@ -18,6 +18,7 @@ constexpr float kShadowError = 2.f;       // relative, of W, per share of the li
 constexpr float kStrayError = 0.03f;      // light from other skin, relative to an open pixel's
 constexpr float kFrontModelError = 0.1f;  // relative, of p at its peak
 constexpr float kNormalError = 0.1f;      // radians, on the flank of p
+constexpr float kSingleError = 0.1f;      // relative, of single scattering under the projector
 constexpr int kNeighbourhoodPx = 31;
 constexpr float kLocalSpread = 0.25f;  // of c within a neighbourhood, relative
 constexpr float kRegionWeight = 1.f;   // of the region's c in a neighbourhood, in pixels' weights
@@ -90,44 +91,50 @@ struct Evidence {
 class Weigher {
  public:
   Weigher(const Burst& burst, const Responses& responses, const std::vector<RegionFit>& fits)
-      : burst_(burst),
-        responses_(responses),
-        fits_(fits),
-        led_scale_(radiance_scale(*burst.session, Role::kGradientFull)),
-        front_scale_(radiance_scale(*burst.session, Role::kFront)) {}
+      : burst_(burst), responses_(responses), fits_(fits) {}
 
   Evidence from_leds(int y, int x) const {
     const float gain = responses_.led_lobe(y, x);
     if (!(gain > 0) || burst_.clipped_led(y, x)) return {};
-    const RegionFit& fit = fits_[size_t(burst_.regions(y, x) - 1)];
-    const Vec3 cross = burst_.full.cross(y, x);
-    const float s = mean(burst_.full.parallel(y, x) - cross);
-    const float single = amplitude(fit) * responses_.led_single(y, x);
-    const float expected = float(fit.intensity) * gain;
-    const float open = expected / std::max(0.02f, responses_.led_share(y, x));
-    const float noise = 2 * burst_.noise.variance(mean(cross) + 0.5f * expected, led_scale_) / 3;
-    const float shadow = kShadowError * (1 - responses_.led_share(y, x));
-    const float model = square(kLedModelError) + square(shadow);
-    const float variance = noise + model * square(expected) + square(kStrayError * open);
-    return {(s - single) / gain, gain * gain / variance};
+    const float share = responses_.led_share(y, x);
+    const float open = expected(y, x, gain) / std::max(0.02f, share);
+    const float model = square(kLedModelError) + square(kShadowError * (1 - share));
+    const float single = amplitude(fit(y, x)) * responses_.led_single(y, x);
+    return evidence(y, x, {burst_.full, burst_.led_noise, gain, single},
+                    model * square(expected(y, x, gain)) + square(kStrayError * open));
   }
 
   Evidence from_front(int y, int x) const {
     const float gain = responses_.front_lobe(y, x);
     if (!(gain > 0) || burst_.clipped_projector(y, x)) return {};
-    const RegionFit& fit = fits_[size_t(burst_.regions(y, x) - 1)];
-    const Vec3 cross = burst_.front.cross(y, x);
-    const float s = mean(burst_.front.parallel(y, x) - cross);
-    const float single = amplitude(fit) * responses_.front_single(y, x);
-    const float expected = float(fit.intensity) * gain;
-    const float noise = 2 * burst_.noise.variance(mean(cross) + 0.5f * expected, front_scale_) / 3;
     const float model =
         square(kFrontModelError) + square(kNormalError * responses_.front_slope(y, x));
-    return {(s - single) / gain,
-            gain * gain / (noise + model * expected * expected + square(0.1f * single))};
+    const float single = amplitude(fit(y, x)) * responses_.front_single(y, x);
+    return evidence(y, x, {burst_.front, burst_.projector_noise, gain, single},
+                    model * square(expected(y, x, gain)) + square(kSingleError * single));
   }
 
  private:
+  // A pixel under one light: radiance of S per c, and of single scattering.
+  struct Lit {
+    const AnalyserPair& photographs;
+    const NoiseModel& noise;
+    float gain, single;
+  };
+
+  Evidence evidence(int y, int x, const Lit& lit, float model_variance) const {
+    const Vec3 cross = lit.photographs.cross(y, x);
+    const float s = mean(lit.photographs.parallel(y, x) - cross);
+    const float radiance = mean(cross) + 0.5f * expected(y, x, lit.gain);
+    const float variance = 2 * lit.noise.variance(radiance) / 3 + model_variance;
+    return {(s - lit.single) / lit.gain, square(lit.gain) / variance};
+  }
+
+  const RegionFit& fit(int y, int x) const { return fits_[size_t(burst_.regions(y, x) - 1)]; }
+
+  // Of S: the region's c, not the pixel's, so that noise does not choose its own weight.
+  float expected(int y, int x, float gain) const { return float(fit(y, x).intensity) * gain; }
+
   static float amplitude(const RegionFit& fit) {
     double sum = 0;
     for (double a : fit.single.amplitude) sum += a;
@@ -137,7 +144,6 @@ class Weigher {
   const Burst& burst_;
   const Responses& responses_;
   const std::vector<RegionFit>& fits_;
-  float led_scale_, front_scale_;
 };
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "base/progress.h"
+#include "fit/pattern_extinction.h"
 #include "fit/report.h"
 
 namespace lamella::fit {
@@ -41,11 +42,12 @@ Step step_from_name(const std::string& name) {
 LayeredFit fit_layers(const Session& session, Step until) {
   LayeredFit fit;
   v1::Layers* layers = &fit.layers;
-  const Burst burst = timed(layers, "linearise", [&] { return linearise(session); });
+  Burst burst = timed(layers, "linearise", [&] { return linearise(session); });
   start_report(burst, &fit);
   if (until == Step::kLinearise) return fit;
 
   Geometry geometry = timed(layers, "geometry", [&] { return reconstruct_geometry(burst); });
+  remove_pattern_extinction(geometry, &burst);
   if (until > Step::kGeometry) {
     const Normals normals =
         timed(layers, "normals", [&] { return estimate_normals(burst, &geometry); });

@@ -109,10 +109,9 @@ bool apply(const cv::Mat1d& solution, RegionFit* fit) {
 std::vector<Blocks> equations_of(const std::vector<LobeSample>& samples,
                                  const std::vector<RegionFit>& fits) {
   std::vector<Blocks> equations(fits.size());
-  std::vector<MixtureTable> tables;
-  for (const RegionFit& fit : fits) tables.emplace_back(fit.normal_sigma_rad);
+  const MixtureTable table;
   for (const LobeSample& s : samples) {
-    add_sample(s, fits[s.region], tables[s.region], &equations[s.region][s.block]);
+    add_sample(s, fits[s.region], table, &equations[s.region][s.block]);
   }
   return equations;
 }

@@ -20,13 +20,11 @@ struct RegionFit {
   RegionLobe lobe;
   RegionSingle single;
   Mixture mixture{};
-  double intensity = 0.25;      // c, median over the samples
-  double normal_sigma_rad = 0;  // error of the normals per axis, as the lobe's flank shows it
+  double intensity = 0.25;  // c, median over the samples
   std::array<double, 3> diffuse_reflectance{};
 };
 
-// By label - 1. `previous`: of the same regions, to start from, with the sigma that the samples
-// were computed with.
+// By label - 1. `previous`: of the same regions, to start from.
 std::vector<RegionFit> fit_lobes(const std::vector<LobeSample>& samples,
                                  const std::vector<RegionFit>& previous);
 

@@ -24,8 +24,7 @@ struct Sampler {
   const LightVisibility& visibility;
   const SamplingPlan& plan;
   LedField field;
-  std::vector<MixtureTable> mixtures;
-  float front_scale, full_scale;
+  MixtureTable mixture{};
 
   bool usable(int y, int x) const {
     if (burst.clipped_led(y, x) || burst.clipped_projector(y, x)) return false;
@@ -41,7 +40,7 @@ struct Sampler {
     const Vec3 l = geometry.to_projector(y, x), h = unit(l + v);
     const float n_l = dot(n, l), n_v = dot(n, v), v_h = dot(v, h);
     const float radiance = geometry.projector_irradiance(y, x);
-    const SkinModel& skin = plan.skins[s->region].skin;
+    const SkinModel& skin = plan.skins[s->region];
     s->cos_h = dot(n, h);
     s->front_lobe = kPi * radiance * model::fresnel_reflectance(v_h) *
                     model::v_groove(s->cos_h, n_v, n_l, v_h) / n_v;
@@ -55,7 +54,7 @@ struct Sampler {
   // False where shadows make up too much of it.
   bool add_full(int y, int x, const LedCell& cell, LobeSample* s) const {
     const Vec3 n = normals.specular(y, x), v = geometry.to_camera(y, x);
-    const LedResponse led = led_response(cell, plan.skins[s->region].skin, n, v);
+    const LedResponse led = led_response(cell, plan.skins[s->region], n, v);
     if (led.share < kMinVisible) return false;
     s->led_single = led.single;
     const float n_v = dot(n, v);
@@ -67,7 +66,7 @@ struct Sampler {
       const float n_h = dot(n, h), v_h = dot(v, h);
       const float weight = kPi * cell.reached[i] * model::fresnel_reflectance(v_h) *
                            model::v_groove(n_h, n_v, n_l, v_h) / n_v;
-      const MixtureTable::Values members = mixtures[s->region](n_h);
+      const MixtureTable::Values members = mixture(n_h);
       for (size_t j = 0; j < kWidths; ++j) s->led_lobe[j] += weight * members[j];
     }
     add_neighbours(y, x, s);
@@ -94,10 +93,9 @@ struct Sampler {
     }
     const float per_pixel = 1.f / float(count);
     s->full = float(sum / count);
-    s->full_variance =
-        2 * burst.noise.variance(mean(full_cross) * per_pixel, full_scale) / 3 * per_pixel;
+    s->full_variance = 2 * burst.led_noise.variance(mean(full_cross) * per_pixel) / 3 * per_pixel;
     for (int c = 0; c < 3; ++c) {
-      s->front_variance[c] = 2 * burst.noise.variance(front_cross[c] * per_pixel, front_scale);
+      s->front_variance[c] = 2 * burst.projector_noise.variance(front_cross[c] * per_pixel);
     }
   }
 
@@ -139,23 +137,17 @@ struct Sampler {
 
 }  // namespace
 
-float radiance_scale(const Session& session, Role role) {
-  const Frame* frame = session.find("left", role, 0, Analyser::kCross);
-  return frame ? mean(frame->radiance_scale) : 1.f;
-}
-
 std::array<double, kWidths> mixture_widths() {
   std::array<double, kWidths> widths;
   for (size_t i = 0; i < kWidths; ++i) widths[i] = kNarrowest * std::pow(kRatio, double(i));
   return widths;
 }
 
-MixtureTable::MixtureTable(double normal_sigma_rad) : cells_(kCells + 2) {
+MixtureTable::MixtureTable() : cells_(kCells + 2) {
   const std::array<double, kWidths> widths = mixture_widths();
   for (int i = 0; i < kCells; ++i) {
     for (size_t j = 0; j < kWidths; ++j) {
-      const double m = std::sqrt(widths[j] * widths[j] + 2 * normal_sigma_rad * normal_sigma_rad);
-      cells_[size_t(i)][j] = float(model::beckmann(1 - double(i) / kCells, m));
+      cells_[size_t(i)][j] = float(model::beckmann(1 - double(i) / kCells, widths[j]));
     }
   }
 }
@@ -178,17 +170,8 @@ std::vector<LobeSample> collect_samples(const Burst& burst, const Geometry& geom
     if (label > 0 && size_t(label) <= share.size()) share[size_t(label - 1)] += 1;
   }
   for (double& s : share) s = s > 0 ? std::min(1.0, plan.per_region / s) : 0.0;
-  const Session& session = *burst.session;
-  Sampler sampler{burst,
-                  geometry,
-                  normals,
-                  visibility,
-                  plan,
-                  LedField(session.stage, visibility),
-                  {},
-                  radiance_scale(session, Role::kFront),
-                  radiance_scale(session, Role::kGradientFull)};
-  for (const SamplingSkin& skin : plan.skins) sampler.mixtures.emplace_back(skin.normal_sigma_rad);
+  const LedField field(burst.session->stage, visibility);
+  const Sampler sampler{burst, geometry, normals, visibility, plan, field};
   const int cell_rows = (burst.regions.rows - 1) / LightVisibility::kStep + 1;
   std::vector<std::vector<LobeSample>> rows(static_cast<size_t>(cell_rows));
   parallel_for(cell_rows, [&](int i) { sampler.sample_cells(i, share, &rows[size_t(i)]); });

@@ -16,12 +16,11 @@ namespace lamella::fit {
 inline constexpr size_t kWidths = 10;
 std::array<double, kWidths> mixture_widths();
 
-// Values of the mixture's members against the cosine, widened by the error of the normals: a lobe
-// of width m seen through Gaussian errors sigma per axis has width sqrt(m^2 + 2 sigma^2).
+// Values of the mixture's members against the cosine of the angle to the normal.
 class MixtureTable {
  public:
   using Values = std::array<float, kWidths>;
-  explicit MixtureTable(double normal_sigma_rad);
+  MixtureTable();
   Values operator()(float cos_theta) const;
 
  private:
@@ -29,14 +28,8 @@ class MixtureTable {
   std::vector<Values> cells_;
 };
 
-// What a region's samples are computed with.
-struct SamplingSkin {
-  SkinModel skin;
-  double normal_sigma_rad = 0;
-};
-
 struct SamplingPlan {
-  std::vector<SamplingSkin> skins;  // by label - 1
+  std::vector<SkinModel> skins;  // what the samples are computed with, by label - 1
   int per_region = 0;
 };
 
@@ -56,9 +49,6 @@ struct LobeSample {
 };
 
 inline constexpr int kBlocks = 8;
-
-// radiance_scale of a left frame, mean of the channels: the noise model is in stored units.
-float radiance_scale(const Session& session, Role role);
 
 // At most about `plan.per_region` of every region, spread evenly. Chosen by geometry, shadow and
 // clipping alone, never by brightness.

@@ -130,7 +130,8 @@ class Stripes {
   }
 
   float relative_variance(float value, float lit) const {
-    return (burst_.noise.variance(value) + 0.25f * burst_.noise.variance(lit)) / (lit * lit) +
+    return (burst_.projector_noise.variance(value) + 0.25f * burst_.projector_noise.variance(lit)) /
+               (lit * lit) +
            kModelError * kModelError;
   }
 

@@ -24,13 +24,6 @@ std::vector<SkinModel> skins_of(const std::vector<RegionFit>& fits, float g) {
   return skins;
 }
 
-SamplingPlan plan_of(const std::vector<RegionFit>& fits, float g, int per_region) {
-  SamplingPlan plan;
-  plan.per_region = per_region;
-  for (const RegionFit& fit : fits) plan.skins.push_back({skin_of(fit, g), fit.normal_sigma_rad});
-  return plan;
-}
-
 // alpha of eq. 3 from a region's amplitude, on every pixel of it.
 Image3 single_albedo_map(const Labels& regions, const SpecularFit& fit) {
   std::vector<Vec3> alpha(1, Vec3(kNaN, kNaN, kNaN));
@@ -75,7 +68,7 @@ SpecularFit fit_specular(const Burst& burst, const Geometry& geometry, const Nor
   for (int samples_per_region : {kFirstSamples, kSamples}) {
     const std::vector<LobeSample> samples =
         collect_samples(burst, geometry, normals, visibility,
-                        plan_of(fits, asymmetry.mean_g(), samples_per_region));
+                        {skins_of(fits, asymmetry.mean_g()), samples_per_region});
     fits = fit_lobes(samples, fits);
     asymmetry = estimate_asymmetry(fits);
   }

@@ -72,7 +72,8 @@ float moment_variance(const Burst& burst, int y, int x) {
   for (int c = 0; c < 3; ++c) {
     for (const Image3* image : {&burst.full.parallel, &burst.full.cross}) {
       const float radiance = (*image)(y, x)[c];
-      variance += 4 * burst.noise.variance(0.5f * radiance) + burst.noise.variance(radiance);
+      variance +=
+          4 * burst.led_noise.variance(0.5f * radiance) + burst.led_noise.variance(radiance);
     }
   }
   return variance / 9;

@@ -62,7 +62,7 @@ TEST(DotPattern, BlurredTableAgreesWithBruteForceOnASlantedSurface) {
   const int j = 8;
   const double s = GaussianBasis::sigma_mm(j);
   const auto points = testing::spread([&](double r) { return std::exp(-r * r / (2 * s * s)); });
-  for (const Vec2 at : {Vec2(640, 400), Vec2(645, 403), Vec2(660, 425)}) {
+  for (const Vec2& at : {Vec2(640, 400), Vec2(645, 403), Vec2(660, 425)}) {
     double expected = 0;
     for (const auto& [o, w] : points) {
       expected += w * double(testing::dot_lit(patterns, at[0] + 3.3 * o[0] + 0.4 * o[1],

@@ -65,7 +65,7 @@ TEST(Separation, HasNoMoireAgainstTheProjectorsColumns) {
 TEST(Separation, NoiseDoesNotMakeAShallowLayer) {
   LitPlane plane = striped_plane(Vec3(.02f, .02f, .02f));
   const Separation clean = separate_layers(plane.burst, plane.geometry, plane.normals);
-  plane.burst.noise = {1e-6, 0};
+  plane.burst.projector_noise = {1e-6, 0};
   for (Image3& image : plane.burst.stripes) testing::add_noise(0.001, &image);
   const Separation noisy = separate_layers(plane.burst, plane.geometry, plane.normals);
   EXPECT_NEAR(mean_share(plane, noisy, -1), mean_share(plane, clean, -1), 0.015);

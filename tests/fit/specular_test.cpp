@@ -144,15 +144,13 @@ TEST(LightVisibility, AWallHidesTheLightsBehindItAndNoOthers) {
   EXPECT_EQ(visibility.share(64, 72, visibility.projector()), 1.f);
 }
 
-TEST(MixtureTable, SeenThroughErrorsOfTheNormalIsAWiderLobe) {
-  const double sigma = 0.1;
-  const MixtureTable table(sigma);
+TEST(MixtureTable, BetweenItsEntriesIsBeckmannsLobe) {
+  const MixtureTable table;
   const std::array<double, kWidths> widths = mixture_widths();
-  for (float cosine : {1.f, 0.98f, 0.9f}) {
+  for (float cosine : {1.f, 0.9803f, 0.9007f}) {
     const MixtureTable::Values values = table(cosine);
     for (size_t j = 0; j < kWidths; ++j) {
-      const double wider = std::sqrt(widths[j] * widths[j] + 2 * sigma * sigma);
-      const double expected = model::beckmann(double(cosine), wider);
+      const double expected = model::beckmann(double(cosine), widths[j]);
       EXPECT_NEAR(values[j], expected, 0.01 * expected + 1e-3);
     }
   }

@@ -94,7 +94,7 @@ class SpherePhotographer {
     s->session.left = camera_at({170, 0, 985}, kSize);
     s->session.projector = camera_at({0, 0, 1000}, kSize);
     s->burst.session = &s->session;
-    s->burst.noise = {noise_ * 0.0004 * 0.0004, noise_ / 30000};
+    s->burst.led_noise = s->burst.projector_noise = {noise_ * 0.0004 * 0.0004, noise_ / 30000};
     const cv::Size size(kSize, kSize);
     const Vec3 nowhere(kNaN, kNaN, kNaN);
     s->burst.regions = Labels(size, 0);
@@ -153,7 +153,7 @@ class SpherePhotographer {
       add_light(stage.leds()[i].direction, mean(stage.irradiance(i, {0, 0, 0})), skin, region, n, v,
                 &full, &full_diffuse);
     }
-    const NoiseModel& noise = s->burst.noise;
+    const NoiseModel& noise = s->burst.led_noise;
     s->burst.front.parallel(y, x) = sample(front + front_diffuse, noise, noisy);
     s->burst.front.cross(y, x) = sample(front_diffuse, noise, noisy);
     s->burst.full.parallel(y, x) = sample(full + full_diffuse, noise, noisy);

@@ -1,0 +1,47 @@
+#include "fit/pattern_extinction.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/parallel.h"
+
+namespace lamella::fit {
+
+namespace {
+
+// Lit share of a projector pixel whose centre lies `inside_px` within the lit side of an edge.
+float lit_share(double inside_px) { return float(std::clamp(0.5 + inside_px, 0.0, 1.0)); }
+
+}  // namespace
+
+float stripe_light(const Patterns& patterns, int index, float u_px) {
+  const double period = patterns.stripe_period_px, shift = patterns.stripe_shift_px * index;
+  const double from_middle = std::remainder(double(u_px) - shift - 0.25 * period, period);
+  return lit_share(0.25 * period - std::abs(from_middle));
+}
+
+float dot_light(const Patterns& patterns, float u_px, float v_px) {
+  const double pitch = patterns.dot_pitch_px;
+  const double du = std::remainder(double(u_px) - patterns.dot_offset_px[0], pitch);
+  const double dv = std::remainder(double(v_px) - patterns.dot_offset_px[1], pitch);
+  return lit_share(std::hypot(du, dv) - 0.5 * patterns.dot_diameter_px);
+}
+
+void remove_pattern_extinction(const Geometry& geometry, Burst* burst) {
+  const float leak = float(burst->session->left.extinction) * (1 - burst->black_level);
+  if (leak <= 0) return;
+  const Patterns& patterns = burst->session->patterns;
+  parallel_for(burst->regions.rows, [&](int y) {
+    for (int x = 0; x < burst->regions.cols; ++x) {
+      const Vec2 at = geometry.projector_px(y, x);
+      if (!std::isfinite(at[0])) continue;
+      const Vec3 leaked = (burst->front.parallel(y, x) - burst->front.cross(y, x)) * leak;
+      burst->dots(y, x) -= leaked * dot_light(patterns, at[0], at[1]);
+      for (int k = 0; k < 4; ++k) {
+        burst->stripes[size_t(k)](y, x) -= leaked * stripe_light(patterns, k, at[0]);
+      }
+    }
+  });
+}
+
+}  // namespace lamella::fit
