@@ -80,6 +80,15 @@ int broken(const std::vector<Requirement>& requirements, const Json& figures) {
   return count;
 }
 
+// What keeps a fit from being compared whole; each is told on stderr.
+bool has_problems(const Json& figures) {
+  if (!figures.contains("problems")) return false;
+  for (const Json& problem : figures["problems"]) {
+    fmt::print(stderr, "lamella: {}\n", problem.get<std::string>());
+  }
+  return !figures["problems"].empty();
+}
+
 int run_compare(const CompareArguments& arguments) {
   std::vector<Requirement> requirements;
   for (const std::string& text : arguments.requirements) {
@@ -93,13 +102,18 @@ int run_compare(const CompareArguments& arguments) {
     throw_bad_input(arguments.truth, "a folder and a file cannot be compared",
                     "give two folders or two images");
   }
+  if (folders && !arguments.mask.empty()) {
+    throw_bad_input("--mask", "is for two images", "folders have their regions.png");
+  }
   const Json figures =
       folders ? compare_folders(arguments.found, arguments.truth) : compare_pictures(arguments);
   const std::string text = arguments.json ? figures.dump(1) + "\n"
                            : folders      ? comparison_table(figures)
                                           : picture_table(figures);
   fmt::print("{}", text);
-  return broken(requirements, figures) ? 1 : 0;
+  std::fflush(stdout);
+  const bool below = broken(requirements, figures) > 0;
+  return has_problems(figures) || below ? 1 : 0;
 }
 
 }  // namespace

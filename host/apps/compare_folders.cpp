@@ -4,6 +4,7 @@
 
 #include "apps/compare_images.h"
 #include "apps/compare_layers.h"
+#include "base/error.h"
 
 namespace lamella::apps {
 
@@ -24,8 +25,13 @@ void add_seen(const Image3& found, const Image3& truth, const Mask& subject, con
   }
 }
 
-Json view_figures(const Image3& found, const fs::path& truth_stem) {
+Json view_figures(const fs::path& found_file, const fs::path& truth_stem) {
   const Image3 truth = read_exr_rgb(truth_stem.string() + ".exr");
+  const Image3 found = read_exr_rgb(found_file);
+  if (found.size() != truth.size()) {
+    throw_bad_input(found_file.string(),
+                    size_words(found.size()) + " pixels, expected " + size_words(truth.size()));
+  }
   const Mask subject = read_mask(truth_stem.string() + "_mask.png", truth.size());
   const fs::path seen = truth_stem.string() + "_mask_seen.png";
   Json figures = Json::object();
@@ -49,26 +55,28 @@ void compare_views(ComparedMaps* maps, Json* figures) {
   for (const fs::path& file : files) {
     const fs::path mine = maps->found_folder / "views" / file.filename();
     if (!fs::exists(mine)) continue;
-    const Image3 found = read_exr_rgb(mine);
-    const fs::path stem = folder / file.stem();
-    if (found.size() != read_exr_rgb(file).size()) {
-      maps->problems.push_back("views/" + file.filename().string() + ": wrong size");
-      continue;
+    try {
+      views[file.stem().string()] = view_figures(mine, folder / file.stem());
+    } catch (const Error& e) {
+      maps->problems.push_back(e.what());
     }
-    views[file.stem().string()] = view_figures(found, stem);
   }
 }
 
 }  // namespace
 
 Json compare_folders(const fs::path& found, const fs::path& truth) {
+  if (!fs::exists(found / "layers.json")) {
+    throw_bad_input(found.string(), "holds no layers.json, so it is no fit",
+                    "give the folder that fit wrote");
+  }
   const v1::Layers layers = read_layers(truth / "layers.json");
   std::vector<std::string> names;
   for (const v1::Region& region : layers.regions()) names.push_back(region.name());
   ComparedMaps maps = open_maps(found, truth, names);
   Json figures{{"fit", found.string()}, {"truth", truth.string()}, {"problems", Json::array()}};
   compare_maps(&maps, &figures);
-  for (const char* file : {"regions.png", "model.glb"}) {
+  for (const char* file : {"regions.png", "total_albedo.exr", "model.glb"}) {
     if (!fs::exists(found / file)) maps.problems.push_back(std::string("missing ") + file);
   }
   compare_layers(&maps, layers, &figures);

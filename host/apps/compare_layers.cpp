@@ -179,12 +179,7 @@ Json g_figures(const v1::SingleGlobal& found, const v1::SingleGlobal& truth) {
 }  // namespace
 
 void compare_layers(ComparedMaps* maps, const v1::Layers& truth, Json* figures) {
-  const fs::path file = maps->found_folder / "layers.json";
-  if (!fs::exists(file)) {
-    maps->problems.push_back("missing layers.json");
-    return;
-  }
-  const v1::Layers found = read_layers(file);
+  const v1::Layers found = read_layers(maps->found_folder / "layers.json");
   Json& regions = (*figures)["regions"] = Json::object();
   for (const v1::Region& true_region : truth.regions()) {
     const v1::Region* same = region_named(found, true_region.name());

@@ -1,5 +1,7 @@
 #include "apps/compare_maps.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <map>
 #include <opencv2/imgcodecs.hpp>
@@ -207,9 +209,8 @@ MapValues ComparedMaps::found(const std::string& name, const std::vector<std::st
   try {
     const std::vector<Image1> planes = read_exr(file, channels);
     if (planes[0].size() == regions.size()) return at_labels(planes, regions);
-    problems.push_back(name + ".exr is " + std::to_string(planes[0].cols) + "x" +
-                       std::to_string(planes[0].rows) + ", expected " +
-                       std::to_string(regions.cols) + "x" + std::to_string(regions.rows));
+    problems.push_back(name + ".exr is " + size_words(planes[0].size()) + ", expected " +
+                       size_words(regions.size()));
   } catch (const Error& e) {
     problems.push_back(e.what());
   }
@@ -243,6 +244,9 @@ ComparedMaps open_maps(const fs::path& found_folder, const fs::path& truth_folde
   for (uchar label : maps.regions) {
     if (label) maps.label.push_back(label);
   }
+  if (maps.label.empty()) {
+    throw_bad_input((truth_folder / "regions.png").string(), "no pixel is labelled");
+  }
   return maps;
 }
 
@@ -258,7 +262,9 @@ namespace {
 
 using Table = std::map<std::string, MapValues>;
 
-void add_coverage(const Table& found, const Table& truth, Json* figures) {
+constexpr double kLeastAnswered = 0.97;  // as the session format asks
+
+void add_coverage(const Table& found, const Table& truth, ComparedMaps* maps, Json* figures) {
   (*figures)["infinite"] = Json::object();
   for (const MapKind& kind : kMaps) {
     const MapValues& f = found.at(kind.name);
@@ -277,6 +283,11 @@ void add_coverage(const Table& found, const Table& truth, Json* figures) {
     }
     (*figures)["coverage"][kind.name] = double(known) / double(f.channels[0].size());
     (*figures)["answered"][kind.name] = number(double(answered) / double(asked));
+    if (double(answered) < kLeastAnswered * double(asked)) {
+      maps->problems.push_back(
+          fmt::format("{}.exr answers {:.1f} % of the labelled pixels, at least {:g} % asked",
+                      kind.name, 100 * double(answered) / double(asked), 100 * kLeastAnswered));
+    }
     if (infinite) (*figures)["infinite"][kind.name] = infinite;
   }
 }
@@ -304,13 +315,23 @@ void add_albedos(ComparedMaps* maps, Table* found, Table* truth, Json* figures) 
   (*figures)["closure_vs_total_albedo"] = ratios(sum, maps->truth("total_albedo", kRgb));
 }
 
+std::vector<std::string> channels_of(const fs::path& file, ComparedMaps* maps) {
+  try {
+    return exr_channels(file);
+  } catch (const Error& e) {
+    maps->problems.push_back(e.what());
+    return {};
+  }
+}
+
 void add_confidence(ComparedMaps* maps, Table* found, Table* truth, Json* figures) {
   const fs::path file = maps->found_folder / "confidence.exr";
   if (!fs::exists(file)) {
     maps->problems.push_back("missing confidence.exr");
     return;
   }
-  for (const std::string& name : exr_channels(file)) {
+  const auto both = [&](const char* map) { return !(*found)[map].empty() && truth->count(map); };
+  for (const std::string& name : channels_of(file, maps)) {
     const MapValues map = maps->found("confidence", {name});
     if (map.empty()) continue;
     const std::vector<double>& confidence = map.channels[0];
@@ -321,9 +342,9 @@ void add_confidence(ComparedMaps* maps, Table* found, Table* truth, Json* figure
       break;
     }
     std::vector<double> error;
-    if (name.starts_with("position") && !(*found)["position"].empty()) {
+    if (name.starts_with("position") && both("position")) {
       error = distances((*found)["position"], (*truth)["position"]);
-    } else if (name.starts_with("normal_specular") && !(*found)["normal_specular"].empty()) {
+    } else if (name.starts_with("normal_specular") && both("normal_specular")) {
       error = angles((*found)["normal_specular"], 0, (*truth)["normal_specular"], 0);
     }
     (*figures)["confidence"][name] = confidence_figure(confidence, error);
@@ -340,7 +361,7 @@ void compare_maps(ComparedMaps* maps, Json* figures) {
   }
   const auto both = [&](const char* name) { return !found[name].empty() && truth.count(name); };
   (*figures)["labelled_pixels"] = maps->label.size();
-  add_coverage(found, truth, figures);
+  add_coverage(found, truth, maps, figures);
   if (both("position")) {
     (*figures)["position"] = position_figures(found["position"], truth["position"]);
   }

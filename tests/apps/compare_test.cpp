@@ -1,11 +1,14 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <functional>
+
 #include "apps/commands.h"
 #include "apps/compare_folders.h"
 #include "apps/compare_images.h"
 #include "apps/compare_npz.h"
 #include "apps/compare_profile.h"
+#include "apps/run_lamella.h"
 #include "base/error.h"
 #include "io/json.h"
 #include "io/layer_maps.h"
@@ -239,6 +242,65 @@ TEST(Compare, ExitsWithOneBelowTheQualityAskedAndThrowsOnBadInput) {
   EXPECT_THROW(compare({a, b, "--require", "beauty<=0.1"}), Error);
   EXPECT_THROW(compare({a, small}), Error);
   EXPECT_THROW(compare({a, folder / "none.exr"}), Error);
+}
+
+// A fit beside the truth that it is compared with; what `spoil` does to it is a problem.
+testing::Outcome compare_spoilt(const std::function<void(const fs::path&)>& spoil) {
+  const Folder folder;
+  LayerMaps maps = some_maps();
+  maps.confidence["position"] = Image1(20, 20, 0.5f);
+  write_fit(folder / "fit", maps, some_layers());
+  write_whole_text(folder / "fit/model.glb", "glTF");
+  write_fit(folder / "truth", maps, some_layers());
+  spoil(folder / "fit");
+  return testing::run_lamella({"compare", folder / "fit", folder / "truth"});
+}
+
+void expect_problem(const testing::Outcome& outcome, const std::string& problem) {
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+  EXPECT_NE(outcome.err.find(problem), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.out.find(problem), std::string::npos) << outcome.out;
+}
+
+TEST(Compare, ExitsWithNoughtWhereTheFitIsWhole) {
+  const testing::Outcome outcome = compare_spoilt([](const fs::path&) {});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outcome.err, "");
+}
+
+TEST(Compare, ExitsWithOneAndSaysWhichMapIsMissing) {
+  expect_problem(compare_spoilt([](const fs::path& fit) { fs::remove(fit / "position.exr"); }),
+                 "missing position.exr");
+}
+
+TEST(Compare, ExitsWithOneAndSaysWhichMapIsOfAnotherSize) {
+  expect_problem(compare_spoilt([](const fs::path& fit) {
+                   write_exr_rgb(fit / "deep_albedo.exr", Image3(9, 8, Vec3(1, 1, 1)));
+                 }),
+                 "deep_albedo.exr is 8x9, expected 20x20");
+}
+
+TEST(Compare, ExitsWithOneAndSaysWhichMapAnswersTooLittle) {
+  expect_problem(compare_spoilt([](const fs::path& fit) {
+                   write_exr_rgb(fit / "deep_ld.exr", Image3(20, 20, Vec3::all(kNaN)));
+                 }),
+                 "deep_ld.exr answers 0.0 %");
+}
+
+TEST(Compare, ExitsWithOneWhereAViewCannotBeRead) {
+  expect_problem(compare_spoilt([](const fs::path& fit) {
+                   const fs::path views = fit.parent_path() / "truth/views";
+                   write_exr_rgb(views / "side.exr", Image3(20, 20, Vec3(1, 1, 1)));
+                   write_whole_text(fit / "views/side.exr", "not an image");
+                 }),
+                 "views/side.exr");
+}
+
+TEST(Compare, ExitsWithTwoWhereTheFolderIsNoFit) {
+  const testing::Outcome outcome =
+      compare_spoilt([](const fs::path& fit) { fs::remove(fit / "layers.json"); });
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.err.find("no layers.json"), std::string::npos) << outcome.err;
 }
 
 }  // namespace
