@@ -8,8 +8,8 @@
 
 namespace lamella::apps {
 
-// Throws Error where `found` is no fit or the truth cannot be read; what else is missing in `found`,
-// of the wrong size or unanswered is listed as `problems`.
+// Throws Error where `found` is no fit or the truth cannot be read; what else is missing in
+// `found`, of the wrong size or unanswered is listed as `problems`.
 Json compare_folders(const fs::path& found, const fs::path& truth);
 
 // The same as a table for people, units beside every column.
