@@ -56,9 +56,7 @@ int run_check(const CheckArguments& args) {
     print_table(check);
   }
   std::fflush(stdout);
-  if (const CheckLine* reason = check.reason()) {
-    throw Error(Fault::kBadInput, "not usable", reason->text);
-  }
+  require_usable(check);
   return check.worst() == Grade::kPoor ? 1 : 0;
 }
 

@@ -43,7 +43,18 @@ void print_summary(const v1::Layers& layers, const fs::path& out, double total_s
   fmt::print("\nwrote {} in {:.2f} s\n", out.string(), total_s);
 }
 
-void run_fit(const FitArguments& args) {
+// What the session's check finds poor; returns whether there is anything.
+bool warn_of_poor_data(const SessionCheck& check) {
+  bool any = false;
+  for (const CheckLine& line : check.lines) {
+    if (line.grade != Grade::kPoor) continue;
+    fmt::print(stderr, "lamella: warning: below the quality asked: {}: {}\n", line.name, line.text);
+    any = true;
+  }
+  return any;
+}
+
+int run_fit(const FitArguments& args) {
   const Stopwatch watch;
   const Session session = read_session(args.session);
   for (const std::string& warning : session.warnings) {
@@ -70,18 +81,20 @@ void run_fit(const FitArguments& args) {
   } else {
     print_summary(fit.layers, out, watch.seconds());
   }
+  std::fflush(stdout);
+  return warn_of_poor_data(fit.check) ? 1 : 0;
 }
 
 }  // namespace
 
-void add_fit(CLI::App& app, int*) {
+void add_fit(CLI::App& app, int* exit_code) {
   auto args = std::make_shared<FitArguments>();
   CLI::App* command = app.add_subcommand("fit", "Fit the layers of a session");
   command->add_option("session", args->session, "session folder")->required();
   command->add_option("--out", args->out, "folder to write (default SESSION/fit)");
   command->add_option("--until", args->until, "last step to run")->capture_default_str();
   command->add_flag("--json", args->json, "print layers.json instead of the summary");
-  command->callback([args] { run_fit(*args); });
+  command->callback([args, exit_code] { *exit_code = run_fit(*args); });
 }
 
 }  // namespace lamella::apps

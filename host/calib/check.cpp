@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
 #include <mutex>
 
 #include "base/error.h"
 #include "base/parallel.h"
 #include "calib/check_figures.h"
+#include "calib/check_rig.h"
 #include "calib/receive.h"
 #include "io/json.h"
 #include "link.pb.h"
@@ -27,112 +27,67 @@ constexpr double kLeastContrast = 0.15;
 constexpr double kMostAboveFull = 0.01;
 constexpr size_t kLeastPixels = 100;
 
-using Photographs = std::map<const Frame*, Photograph>;
+constexpr double kLeastLight = 1e-3;  // of a white surface: under it nothing was lit
+constexpr double kLeastShare = 0.02;  // of the full light: no pattern has as little
 
-class Checker {
+CheckLine plain_line(Grade grade, const std::string& name, const std::string& text) {
+  return {grade, name, text, 0, "", 0};
+}
+
+// Runs `read`; what it complains of becomes a line.
+template <class Read>
+void guarded(const std::string& name, std::vector<CheckLine>* lines, const Read& read) {
+  try {
+    read();
+  } catch (const Error& e) {
+    lines->push_back(plain_line(Grade::kUnusable, name, e.what()));
+  }
+}
+
+std::string name_of(const Frame& frame) {
+  std::string name = frame.camera + " " + role_name(frame.role);
+  if (frame.role == Role::kFringe || frame.role == Role::kStripes) {
+    name += " " + std::to_string(frame.index);
+  }
+  return name + " " + analyser_name(frame.analyser);
+}
+
+// Judges a burst in memory, every photograph of which was read.
+class BurstChecker {
  public:
-  explicit Checker(const Session& session) : session_(session) {}
+  BurstChecker(const Session& session, const Photographs& photographs, const Labels& labels)
+      : session_(session), photographs_(photographs), labels_(labels) {}
 
-  SessionCheck run() {
-    manifest();
-    roles();
-    photographs();
-    labels();
-    if (check_.worst() != Grade::kUnusable) figures();
-    timing();
-    return std::move(check_);
+  std::vector<CheckLine> run() {
+    figures();
+    return std::move(lines_);
   }
 
  private:
   void line(Grade grade, const std::string& name, const std::string& text) {
-    check_.lines.push_back({grade, name, text, 0, "", 0});
-  }
-
-  // Runs `read`; what it complains of becomes a line.
-  template <class Read>
-  void guarded(const std::string& name, const Read& read) {
-    try {
-      read();
-    } catch (const Error& e) {
-      line(Grade::kUnusable, name, e.what());
-    }
+    lines_.push_back(plain_line(grade, name, text));
   }
 
   void share(const std::string& name, double figure, double most, const std::string& of) {
     const Grade grade = figure <= most ? Grade::kGood : Grade::kPoor;
-    check_.lines.push_back(
-        {grade, name, fmt::format("{:.2f} % {}, at most {:g} %", 100 * figure, of, 100 * most),
-         100 * figure, "%", 100 * most});
+    lines_.push_back({grade, name,
+                      fmt::format("{:.2f} % {}, at most {:g} %", 100 * figure, of, 100 * most),
+                      100 * figure, "%", 100 * most});
   }
 
   void at_least(const std::string& name, double figure, double least, const std::string& of) {
     const Grade grade = figure >= least ? Grade::kGood : Grade::kPoor;
-    check_.lines.push_back({grade, name, fmt::format("{:.2f} {}, at least {:g}", figure, of, least),
-                            figure, "", least});
-  }
-
-  void manifest() {
-    line(Grade::kGood, "manifest",
-         fmt::format("\"{}\", {} frames, {} LEDs", session_.subject, session_.frames.size(),
-                     session_.stage.leds().size()));
-    for (const std::string& warning : session_.warnings) {
-      line(Grade::kNote, "manifest", warning);
-    }
-  }
-
-  void roles() {
-    guarded("roles", [&] {
-      require_burst(session_);
-      line(Grade::kGood, "roles", "every role of the left camera is there");
-    });
-    if (!session_.right)
-      line(Grade::kNote, "roles", "no right camera: depth from the projector alone");
-  }
-
-  void photographs() {
-    std::vector<std::string> complaints(session_.frames.size());
-    std::mutex mutex;
-    parallel_for(int(session_.frames.size()), [&](int i) {
-      const Frame& frame = session_.frames[size_t(i)];
-      try {
-        Photograph photograph = read_photograph(session_, frame);
-        if (frame.camera != "left") return;  // the figures are the left camera's
-        const std::lock_guard lock(mutex);
-        photographs_[&frame] = std::move(photograph);
-      } catch (const Error& e) {
-        complaints[size_t(i)] = e.what();
-      }
-    });
-    size_t readable = 0;
-    for (const std::string& complaint : complaints) {
-      if (complaint.empty()) ++readable;
-      if (!complaint.empty()) line(Grade::kUnusable, "photographs", complaint);
-    }
-    if (readable < complaints.size()) return;
-    line(Grade::kGood, "photographs",
-         fmt::format("{} readable, {}x{} pixels, every value finite", readable, session_.left.width,
-                     session_.left.height));
-  }
-
-  void labels() {
-    if (session_.regions_file.empty()) {
-      line(Grade::kNote, "regions", "none given: fit makes them itself");
-      return;
-    }
-    guarded("regions", [&] {
-      labels_ = read_regions(session_);
-      line(Grade::kGood, "regions",
-           fmt::format("{} named, none empty",
-                       std::max<size_t>(session_.region_names.size(), 1) - 1));
-    });
+    lines_.push_back({grade, name, fmt::format("{:.2f} {}, at least {:g}", figure, of, least),
+                      figure, "", least});
   }
 
   const Frame& frame(Role role, int index, Analyser analyser) const {
     return *session_.find("left", role, index, analyser);
   }
 
-  Photograph take(Role role, int index, Analyser analyser) {
-    return std::move(photographs_.at(&frame(role, index, analyser)));
+  // A header of the pixels that are there, no copy.
+  Photograph take(Role role, int index, Analyser analyser) const {
+    return photographs_.at(&frame(role, index, analyser));
   }
 
   void gather() {
@@ -149,6 +104,11 @@ class Checker {
     for (int k = 0; k < 4; ++k)
       burst_.stripes[size_t(k)] = take(Role::kStripes, k, Analyser::kCross);
     burst_.pixels = pixels_to_check(labels_, burst_.front_cross.radiance);
+    if (has_right_geometry(session_)) {
+      burst_.right_pixels = pixels_to_check(
+          Labels(),
+          photographs_.at(session_.find("right", Role::kFront, 0, Analyser::kCross)).radiance);
+    }
   }
 
   void figures() {
@@ -158,9 +118,40 @@ class Checker {
            fmt::format("{} pixels of it in the left camera", burst_.pixels.size()));
       return;
     }
+    if (!lit()) return;
     clipping();
     noise();
     light();
+  }
+
+  // What a frame must not be far below: the whole light that its pattern is a part of.
+  const Frame* whole_light(const Frame& f) const {
+    const bool leds = f.role <= Role::kGradientZ;
+    return session_.find(f.camera, leds ? Role::kGradientFull : Role::kFront, 0,
+                         leds || f.role == Role::kFront ? f.analyser : Analyser::kCross);
+  }
+
+  double light_in(const Frame& f) const {
+    return mean_light(photographs_.at(&f),
+                      f.camera == "left" ? burst_.pixels : burst_.right_pixels);
+  }
+
+  // Is there light in every photograph that should have some?
+  bool lit() {
+    std::string dark;
+    for (const auto& [frame, photograph] : photographs_) {
+      if (frame->role == Role::kBlack || frame->role == Role::kAmbient) continue;
+      const double whole = light_in(*whole_light(*frame));
+      if (whole > kLeastLight && light_in(*frame) > kLeastShare * whole) continue;
+      if (whole <= kLeastLight && frame != whole_light(*frame)) continue;  // that one is named
+      dark += (dark.empty() ? "" : ", ") + name_of(*frame);
+    }
+    if (dark.empty()) {
+      line(Grade::kGood, "light", "in every photograph that should have some");
+    } else {
+      line(Grade::kUnusable, "light", "no light in " + dark + "; take the burst again");
+    }
+    return dark.empty();
   }
 
   void clipping() {
@@ -199,10 +190,10 @@ class Checker {
   void polarization(const std::string& name, const Photograph& parallel, const Photograph& cross) {
     const double s = polarized_share(parallel, cross, burst_.pixels);
     const bool right = s > 0;
-    check_.lines.push_back({right ? Grade::kGood : Grade::kUnusable, "polarization, " + name,
-                            fmt::format("parallel exceeds crossed by {:.1f} %{}", 100 * s,
-                                        right ? "" : ": is the analyser the wrong way round?"),
-                            100 * s, "%", 0});
+    lines_.push_back({right ? Grade::kGood : Grade::kUnusable, "polarization, " + name,
+                      fmt::format("parallel exceeds crossed by {:.1f} %{}", 100 * s,
+                                  right ? "" : ": is the analyser the wrong way round?"),
+                      100 * s, "%", 0});
   }
 
   void light() {
@@ -215,33 +206,100 @@ class Checker {
           "of labelled pixels");
   }
 
-  void timing() {
-    const fs::path file = session_.path / "timing.json";
-    if (!fs::exists(file)) {
-      line(Grade::kNote, "timing", "no timing.json: nobody attests it");
-      return;
-    }
-    guarded("timing", [&] {
-      v1::TimingEdges timing;
-      read_json(file, &timing);
-      const auto late =
-          std::count_if(timing.edges().begin(), timing.edges().end(), [](const auto& e) {
-            return std::abs(e.actual_us() - e.planned_us()) > e.tolerance_us();
-          });
-      const double largest_us = largest_edge_error_us(timing);
-      check_.lines.push_back({late > 0 ? Grade::kPoor : Grade::kGood, "timing",
-                              fmt::format("{} edges, largest error {:.1f} us, {} beyond tolerance",
-                                          timing.edges_size(), largest_us, late),
-                              largest_us, "us", 0});
-    });
-  }
-
   const Session& session_;
-  SessionCheck check_;
-  Photographs photographs_;
-  Labels labels_;
+  const Photographs& photographs_;
+  const Labels& labels_;
+  std::vector<CheckLine> lines_;
   CheckedBurst burst_;
 };
+
+void check_manifest(const Session& s, std::vector<CheckLine>* lines) {
+  lines->push_back(plain_line(Grade::kGood, "manifest",
+                              fmt::format("\"{}\", {} frames, {} LEDs", s.subject, s.frames.size(),
+                                          s.stage.leds().size())));
+  for (const std::string& warning : s.warnings) {
+    lines->push_back(plain_line(Grade::kNote, "manifest", warning));
+  }
+  guarded("roles", lines, [&] {
+    require_burst(s);
+    lines->push_back(plain_line(Grade::kGood, "roles", "every role of the left camera is there"));
+  });
+  if (!s.right) {
+    lines->push_back(
+        plain_line(Grade::kNote, "roles", "no right camera: depth from the projector alone"));
+  }
+}
+
+// Reads every photograph and keeps those that a fit needs.
+Photographs check_photographs(const Session& s, std::vector<CheckLine>* lines) {
+  const std::vector<const Frame*> needed = frames_to_fit(s);
+  Photographs photographs;
+  std::vector<std::string> complaints(s.frames.size());
+  std::mutex mutex;
+  parallel_for(int(s.frames.size()), [&](int i) {
+    const Frame& frame = s.frames[size_t(i)];
+    try {
+      Photograph photograph = read_photograph(s, frame);
+      if (std::find(needed.begin(), needed.end(), &frame) == needed.end()) return;
+      const std::lock_guard lock(mutex);
+      photographs[&frame] = std::move(photograph);
+    } catch (const Error& e) {
+      complaints[size_t(i)] = e.what();
+    }
+  });
+  for (size_t i = 0; i < complaints.size(); ++i) {
+    if (complaints[i].empty()) continue;
+    const bool wanted = std::find(needed.begin(), needed.end(), &s.frames[i]) != needed.end();
+    lines->push_back(plain_line(wanted ? Grade::kUnusable : Grade::kNote, "photographs",
+                                complaints[i] + (wanted ? "" : "; fit does without it")));
+  }
+  if (photographs.size() == needed.size()) {
+    lines->push_back(
+        plain_line(Grade::kGood, "photographs",
+                   fmt::format("{} for the fit, {} pixels, every value finite", needed.size(),
+                               size_words({s.left.width, s.left.height}))));
+  }
+  return photographs;
+}
+
+Labels check_labels(const Session& s, std::vector<CheckLine>* lines) {
+  Labels labels;
+  if (s.regions_file.empty()) {
+    lines->push_back(plain_line(Grade::kNote, "regions", "none given: fit makes them itself"));
+    return labels;
+  }
+  guarded("regions", lines, [&] {
+    labels = read_regions(s);
+    const size_t named = std::max<size_t>(s.region_names.size(), 1) - 1;
+    lines->push_back(
+        plain_line(Grade::kGood, "regions", fmt::format("{} named, none empty", named)));
+  });
+  return labels;
+}
+
+void check_timing(const Session& s, std::vector<CheckLine>* lines) {
+  const fs::path file = s.path / "timing.json";
+  if (!fs::exists(file)) {
+    lines->push_back(plain_line(Grade::kNote, "timing", "no timing.json: nobody attests it"));
+    return;
+  }
+  guarded("timing", lines, [&] {
+    v1::TimingEdges timing;
+    read_json(file, &timing);
+    const auto late = std::count_if(
+        timing.edges().begin(), timing.edges().end(),
+        [](const auto& e) { return std::abs(e.actual_us() - e.planned_us()) > e.tolerance_us(); });
+    const double largest_us = largest_edge_error_us(timing);
+    lines->push_back({late > 0 ? Grade::kPoor : Grade::kGood, "timing",
+                      fmt::format("{} edges, largest error {:.1f} us, {} beyond tolerance",
+                                  timing.edges_size(), largest_us, late),
+                      largest_us, "us", 0});
+  });
+}
+
+void append(std::vector<CheckLine>* to, const std::vector<CheckLine>& lines) {
+  to->insert(to->end(), lines.begin(), lines.end());
+}
 
 }  // namespace
 
@@ -263,9 +321,32 @@ const CheckLine* SessionCheck::reason() const {
   return nullptr;
 }
 
+SessionCheck check_burst(const Session& session, const Photographs& photographs,
+                         const Labels& labels) {
+  SessionCheck check{check_rig(session)};
+  append(&check.lines, BurstChecker(session, photographs, labels).run());
+  check_timing(session, &check.lines);
+  return check;
+}
+
 SessionCheck check_session(const fs::path& path) {
   const Session session = read_session(path);
-  return Checker(session).run();
+  SessionCheck check;
+  check_manifest(session, &check.lines);
+  const Photographs photographs = check_photographs(session, &check.lines);
+  const Labels labels = check_labels(session, &check.lines);
+  if (check.worst() < Grade::kUnusable) {
+    append(&check.lines, check_burst(session, photographs, labels).lines);
+  } else {
+    append(&check.lines, check_rig(session));
+    check_timing(session, &check.lines);
+  }
+  return check;
+}
+
+void require_usable(const SessionCheck& check) {
+  const CheckLine* reason = check.reason();
+  if (reason) throw Error(Fault::kBadInput, "not usable", reason->name + ": " + reason->text);
 }
 
 }  // namespace lamella

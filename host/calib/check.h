@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/photographs.h"
 #include "io/session.h"
 
 namespace lamella {
@@ -38,5 +39,13 @@ struct SessionCheck {
 // Every photograph is read. Throws Error only where there is no readable manifest; everything else
 // is a line.
 SessionCheck check_session(const fs::path& path);
+
+// The same of a burst that is in memory: the rig, the figures of the photographs that a fit needs
+// (`frames_to_fit`, all of them) and the timing. `labels` may be empty.
+SessionCheck check_burst(const Session& session, const Photographs& photographs,
+                         const Labels& labels);
+
+// Throws Error with the reason where the session is unusable.
+void require_usable(const SessionCheck& check);
 
 }  // namespace lamella

@@ -7,8 +7,9 @@ namespace lamella {
 
 namespace {
 
-constexpr size_t kMostPixels = 250000;
+constexpr size_t kMostPixels = 20000;  // a share of 1 % is known to 0.07 %
 constexpr double kSensorLevels = 4096;
+constexpr double kLitShare = 0.1;  // of the bright end; darker is background
 
 double median(std::vector<float> values) {
   if (values.empty()) return 0;
@@ -35,16 +36,21 @@ double mean_over(const std::vector<cv::Point>& pixels, const Value& value) {
   return pixels.empty() ? 0 : sum / double(pixels.size());
 }
 
+// Brightness of the 99th percentile, over every fourth pixel of every fourth row.
+double bright_end(const Image3& image) {
+  std::vector<float> values;
+  for (int y = 0; y < image.rows; y += 4) {
+    for (int x = 0; x < image.cols; x += 4) values.push_back(mean(image(y, x)));
+  }
+  const auto at = values.begin() + ptrdiff_t(0.99 * double(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
 }  // namespace
 
 std::vector<cv::Point> pixels_to_check(const Labels& labels, const Image3& front_cross) {
-  const double lit = 0.1 * [&] {
-    std::vector<float> values;
-    for (const Vec3& v : front_cross) values.push_back(mean(v));
-    const auto at = values.begin() + ptrdiff_t(0.99 * double(values.size() - 1));
-    std::nth_element(values.begin(), at, values.end());
-    return double(*at);
-  }();
+  const double lit = labels.empty() ? kLitShare * bright_end(front_cross) : 0;
   std::vector<cv::Point> pixels;
   for (int y = 0; y < front_cross.rows; ++y) {
     for (int x = 0; x < front_cross.cols; ++x) {
@@ -56,6 +62,10 @@ std::vector<cv::Point> pixels_to_check(const Labels& labels, const Image3& front
   std::vector<cv::Point> some;
   for (size_t i = 0; i < pixels.size(); i += step) some.push_back(pixels[i]);
   return some;
+}
+
+double mean_light(const Photograph& photograph, const std::vector<cv::Point>& pixels) {
+  return mean_over(pixels, [&](const cv::Point& p) { return mean(photograph.radiance(p)); });
 }
 
 double clipped_share(const std::vector<const Photograph*>& photographs,

@@ -17,11 +17,15 @@ struct CheckedBurst {
   Photograph black;                        // BLACK
   Photograph finest_fringe;                // FRINGE of the highest index
   std::array<Photograph, 4> stripes;
-  std::vector<cv::Point> pixels;  // labelled, at most a quarter of a million of them
+  std::vector<cv::Point> pixels;        // labelled, at most 20000 of them
+  std::vector<cv::Point> right_pixels;  // of the right camera; empty without its geometry
 };
 
 // Labelled pixels; where the session has no labels, those that FRONT cross lights well.
 std::vector<cv::Point> pixels_to_check(const Labels& labels, const Image3& front_cross);
+
+// Mean radiance over pixels and channels.
+double mean_light(const Photograph& photograph, const std::vector<cv::Point>& pixels);
 
 // Share of pixels clipped in any of them.
 double clipped_share(const std::vector<const Photograph*>& photographs,

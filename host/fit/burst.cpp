@@ -62,14 +62,14 @@ class Reader {
   }
 
   // Fills every image; ORs the clipped pixels of the left camera into the two masks.
-  void read(Mask* clipped_led, Mask* clipped_projector) {
+  void take(const Photographs& photographs, Mask* clipped_led, Mask* clipped_projector) {
     std::vector<Mask> clipped(slots_.size());
     tbb::parallel_for(size_t(0), slots_.size(), [&](size_t i) {
-      Photograph photograph = read_photograph(session_, *slots_[i].frame);
-      if (is_projector_lit(slots_[i].frame->role)) {
-        transform_colours(&photograph.radiance, session_.projector_to_led);
-      }
+      const Photograph& photograph = photographs.at(slots_[i].frame);
       *slots_[i].image = photograph.radiance;
+      if (is_projector_lit(slots_[i].frame->role)) {
+        transform_colours(slots_[i].image, session_.projector_to_led);
+      }
       clipped[i] = photograph.clipped;
     });
     const cv::Size size(session_.left.width, session_.left.height);
@@ -154,15 +154,6 @@ void remove_black(Burst* burst, const Image3& right_black) {
   for (Image3& image : burst->right_fringe) subtract(&image, right_black);
 }
 
-bool has_right_geometry(const Session& session) {
-  if (!session.right) return false;
-  for (size_t i = 0; i < session.patterns.fringe_periods.size(); ++i) {
-    if (!session.find("right", Role::kFringe, int(i), Analyser::kCross)) return false;
-  }
-  return session.find("right", Role::kFront, 0, Analyser::kCross) &&
-         session.find("right", Role::kBlack, 0, Analyser::kCross);
-}
-
 void add_left_frames(Reader* reader, Burst* burst) {
   const auto pair = [&](Role role, AnalyserPair* to) {
     reader->add("left", role, 0, Analyser::kParallel, &to->parallel);
@@ -210,7 +201,6 @@ void set_regions(const Session& session, Burst* burst) {
     burst->regions = subject_mask(burst->front.cross - burst->black);
     burst->region_names = {"background", "face"};
   } else {
-    burst->regions = read_regions(session);
     burst->region_names = session.region_names;
   }
   if (cv::countNonZero(burst->regions) == 0) {
@@ -229,7 +219,11 @@ float NoiseModel::variance(float radiance) const {
 
 Burst linearise(const Session& session) {
   require_burst(session);
+  const Photographs photographs = read_photographs(session, frames_to_fit(session));
   Burst burst;
+  if (!session.regions_file.empty()) burst.regions = read_regions(session);
+  burst.check = check_burst(session, photographs, burst.regions);
+  require_usable(burst.check);
   burst.session = &session;
   burst.led_noise = noise_of(session, session.left, Role::kGradientFull);
   burst.projector_noise = noise_of(session, session.left, Role::kFront);
@@ -249,7 +243,7 @@ Burst linearise(const Session& session) {
     reader.add("right", Role::kFront, 0, Analyser::kCross, &burst.right_front_lit);
     reader.add("right", Role::kBlack, 0, Analyser::kCross, &right_black);
   }
-  reader.read(&burst.clipped_led, &burst.clipped_projector);
+  reader.take(photographs, &burst.clipped_led, &burst.clipped_projector);
 
   remove_ambient(&burst, ambient);
   set_regions(session, &burst);

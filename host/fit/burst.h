@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/check.h"
 #include "io/session.h"
 
 namespace lamella::fit {
@@ -29,6 +30,7 @@ struct NoiseModel {
 
 struct Burst {
   const Session* session = nullptr;
+  SessionCheck check;                     // of the photographs as they came; never unusable
   Labels regions;                         // 0 background
   std::vector<std::string> region_names;  // names[label]
   NoiseModel led_noise, projector_noise;  // left camera
@@ -55,7 +57,8 @@ struct Burst {
   Image3 right_front_lit;
 };
 
-// Reads all frames (in parallel). Throws Error that names file and field.
+// Reads all frames (in parallel). Throws Error that names file and field, or with the reason of
+// `check` where it calls the photographs unusable.
 Burst linearise(const Session& session);
 
 }  // namespace lamella::fit

@@ -43,6 +43,7 @@ LayeredFit fit_layers(const Session& session, Step until) {
   LayeredFit fit;
   v1::Layers* layers = &fit.layers;
   Burst burst = timed(layers, "linearise", [&] { return linearise(session); });
+  fit.check = burst.check;
   start_report(burst, &fit);
   if (until == Step::kLinearise) return fit;
 

@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "calib/check.h"
 #include "io/layer_maps.h"
 #include "io/session.h"
 
@@ -18,6 +19,7 @@ Step step_from_name(const std::string& name);
 struct LayeredFit {
   LayerMaps maps;
   v1::Layers layers;
+  SessionCheck check;  // its poor lines are what to expect less of the fit for
 };
 
 // Throws Error on bad input; what the data cannot tell is said in the result.

@@ -57,14 +57,10 @@ void append(Values* to, const Mat33d& from) {
   for (double v : from.val) to->Add(v);
 }
 
-}  // namespace
-
 Mat33d matrix_from(const Values& values, const std::string& where) {
   require_count(values, 9, where);
   return Mat33d(values.data());
 }
-
-namespace {
 
 void require_readable_size(const v1::Camera& m, const std::string& where) {
   const double width = positive(m.has_width(), m.width(), where + ".width");
@@ -77,6 +73,21 @@ void require_readable_size(const v1::Camera& m, const std::string& where) {
 }
 
 }  // namespace
+
+Mat33d colour_matrix_from(const Values& values, const std::string& where) {
+  constexpr double kSingular = 1e-3;  // smallest singular value over the largest
+  const Mat33d matrix = matrix_from(values, where);
+  cv::Vec3d singular_values;
+  cv::SVD::compute(matrix, singular_values, cv::SVD::NO_UV);
+  if (!(singular_values[2] > kSingular * singular_values[0])) {
+    throw_bad_input(where, "a matrix that cannot be inverted", "leave it out for the identity");
+  }
+  const Vec3d grey = matrix * Vec3d(1, 1, 1);
+  if (!(grey[0] > 0 && grey[1] > 0 && grey[2] > 0)) {
+    throw_bad_input(where, "turns white light black", "leave it out for the identity");
+  }
+  return matrix;
+}
 
 Camera camera_from_message(const v1::Camera& m, const std::string& where) {
   Camera c;

@@ -14,7 +14,9 @@ v1::Camera message_from_camera(const Camera& camera);
 
 std::vector<Led> leds_from_message(const v1::Rig& message, const std::string& where);
 
-Mat33d matrix_from(const google::protobuf::RepeatedField<double>& values, const std::string& where);
+// A row-major 3x3 between the colours of two lights: it can be undone, and keeps grey light lit.
+Mat33d colour_matrix_from(const google::protobuf::RepeatedField<double>& values,
+                          const std::string& where);
 
 v1::Frame message_from_frame(const Frame& frame);
 v1::Rig message_from_rig(const Session& session);

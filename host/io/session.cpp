@@ -1,5 +1,7 @@
 #include "io/session.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -44,6 +46,43 @@ void read_cameras(const v1::Rig& rig, Session* s) {
   if (!has_left) throw_bad_input(field(*s, "rig.cameras"), "no camera with id \"left\"");
 }
 
+// A pattern is drawn in projector pixels: `value` is refused outside `least` to `most` of them.
+void require_px(const Session& s, const std::string& name, double value, double least,
+                double most) {
+  if (value >= least && value <= most) return;
+  throw_bad_input(field(s, "patterns." + name),
+                  fmt::format("{:g} where {:g} to {:g} pixels are possible", value, least, most));
+}
+
+void require_fringes(const Session& s) {
+  const std::string at = field(s, "patterns.fringe.periods");
+  double last = 0;
+  for (double n : s.patterns.fringe_periods) {
+    if (!(n > last)) throw_bad_input(at, "must be positive and increase from each to the next");
+    last = n;
+  }
+  if (last > 0.5 * s.projector.width) {
+    throw_bad_input(
+        at, fmt::format("{:g} periods across {} pixels cannot be drawn", last, s.projector.width));
+  }
+}
+
+void require_stripes(const Session& s) {
+  const double period_px = s.patterns.stripe_period_px;
+  require_px(s, "stripes.period_px", period_px, 2, s.projector.width);
+  require_px(s, "stripes.shift_px", s.patterns.stripe_shift_px, 1e-3 * period_px, 0.5 * period_px);
+}
+
+void require_dots(const Session& s) {
+  const double pitch_px = s.patterns.dot_pitch_px;
+  require_px(s, "dots.pitch_px", pitch_px, 4, s.projector.width);
+  require_px(s, "dots.diameter_px", s.patterns.dot_diameter_px, 1, 0.9 * pitch_px);
+  for (int i = 0; i < 2; ++i) {
+    require_px(s, "dots.offset_px[" + std::to_string(i) + "]", s.patterns.dot_offset_px[i],
+               -kMaxImageSide, kMaxImageSide);
+  }
+}
+
 void read_patterns(const v1::Patterns& m, Session* s) {
   Patterns& p = s->patterns;
   if (m.fringe().periods_size() > 0) {
@@ -59,17 +98,9 @@ void read_patterns(const v1::Patterns& m, Session* s) {
     }
     p.dot_offset_px = {m.dots().offset_px(0), m.dots().offset_px(1)};
   }
-  for (double n : p.fringe_periods) {
-    if (!(n > 0)) throw_bad_input(field(*s, "patterns.fringe.periods"), "must be positive");
-  }
-  const std::array<std::pair<const char*, double>, 4> lengths{
-      {{"stripes.period_px", p.stripe_period_px},
-       {"stripes.shift_px", p.stripe_shift_px},
-       {"dots.pitch_px", p.dot_pitch_px},
-       {"dots.diameter_px", p.dot_diameter_px}}};
-  for (const auto& [name, value] : lengths) {
-    if (!(value > 0)) throw_bad_input(field(*s, std::string("patterns.") + name), "not positive");
-  }
+  require_fringes(*s);
+  require_stripes(*s);
+  require_dots(*s);
 }
 
 void require_time(double time_us, const std::string& at) {
@@ -116,7 +147,7 @@ Frame frame_from_message(const v1::Frame& m, const std::string& at) {
     }
   }
   if (m.illuminant_to_led_size() > 0) {
-    f.illuminant_to_led = matrix_from(m.illuminant_to_led(), at + ".illuminant_to_led");
+    f.illuminant_to_led = colour_matrix_from(m.illuminant_to_led(), at + ".illuminant_to_led");
   }
   return f;
 }
@@ -224,7 +255,8 @@ Session read_session(const fs::path& path) {
   if (!m.rig().has_projector()) throw_bad_input(field(s, "rig.projector"), "missing");
   s.projector = camera_from_message(m.rig().projector(), field(s, "rig.projector"));
   if (m.rig().projector_to_led_size() > 0) {
-    s.projector_to_led = matrix_from(m.rig().projector_to_led(), field(s, "rig.projector_to_led"));
+    s.projector_to_led =
+        colour_matrix_from(m.rig().projector_to_led(), field(s, "rig.projector_to_led"));
   }
   read_patterns(m.patterns(), &s);
   read_frames(m, &s);

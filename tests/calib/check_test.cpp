@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <functional>
 
 #include "io/fake_session.h"
@@ -28,6 +30,19 @@ class Check : public ::testing::Test {
     Image3 image = read_exr_rgb(file);
     change(&image);
     write_exr_rgb(file, image);
+  }
+
+  void change_rig(const std::function<void(v1::Rig*)>& change) {
+    v1::Session manifest;
+    read_json(path() / "session.json", &manifest);
+    change(manifest.mutable_rig());
+    if (manifest.rig().cameras_size() < 2) {
+      auto* frames = manifest.mutable_frames();
+      frames->erase(std::remove_if(frames->begin(), frames->end(),
+                                   [](const v1::Frame& f) { return f.camera() == "right"; }),
+                    frames->end());
+    }
+    write_json(path() / "session.json", manifest);
   }
 
   Grade grade_of(const std::string& name) {
@@ -67,6 +82,80 @@ TEST_F(Check, NoticesClippedLight) {
 TEST_F(Check, NoticesUnderexposure) {
   change(Role::kGradientFull, 0, Analyser::kCross, [](Image3* i) { *i *= 0.005; });
   EXPECT_EQ(grade_of("signal / noise, LEDs crossed"), Grade::kPoor);
+}
+
+TEST_F(Check, NamesEveryPhotographWithoutLight) {
+  const auto blank = [](Image3* i) { i->setTo(cv::Scalar::all(0)); };
+  change(Role::kDots, 0, Analyser::kCross, blank);
+  change(Role::kStripes, 3, Analyser::kCross, blank);
+  const SessionCheck check = check_session(path());
+  ASSERT_NE(check.reason(), nullptr);
+  EXPECT_EQ(check.reason()->text,
+            "no light in left DOTS CROSS, left STRIPES 3 CROSS; take the burst again");
+}
+
+TEST_F(Check, NamesThePhotographThatTheOthersAreMeasuredBy) {
+  change(Role::kGradientFull, 0, Analyser::kCross, [](Image3* i) { i->setTo(cv::Scalar::all(0)); });
+  const SessionCheck check = check_session(path());
+  ASSERT_NE(check.reason(), nullptr);
+  EXPECT_EQ(check.reason()->text, "no light in left GRADIENT_FULL CROSS; take the burst again");
+}
+
+TEST_F(Check, LooksAtTheRightCameraToo) {
+  const Session session = read_session(path());
+  const Frame* fringe = session.find("right", Role::kFringe, 1, Analyser::kCross);
+  write_exr_rgb(path() / fringe->file, Image3(testing::kFakeSize, Vec3(0, 0, 0)));
+  EXPECT_EQ(grade_of("light"), Grade::kUnusable);
+}
+
+TEST_F(Check, OnlyNotesAPhotographThatNoFitNeeds) {
+  const Session session = read_session(path());
+  const Frame* stripes = session.find("right", Role::kStripes, 1, Analyser::kCross);
+  write_whole_text(path() / stripes->file, "not an image");
+  EXPECT_EQ(grade_of("photographs"), Grade::kNote);
+  EXPECT_EQ(check_session(path()).reason(), nullptr);
+}
+
+TEST_F(Check, FindsCamerasThatStandAtTheSamePlace) {
+  change_rig([](v1::Rig* rig) {
+    const v1::Camera left = rig->cameras(0);
+    *rig->mutable_cameras(1) = left;
+    rig->mutable_cameras(1)->set_id("right");
+  });
+  EXPECT_EQ(grade_of("baseline"), Grade::kUnusable);
+}
+
+TEST_F(Check, FindsAProjectorAtThePlaceOfTheOnlyCamera) {
+  change_rig([](v1::Rig* rig) {
+    rig->mutable_cameras()->DeleteSubrange(1, 1);
+    *rig->mutable_projector()->mutable_rotation() = rig->cameras(0).rotation();
+    *rig->mutable_projector()->mutable_translation_mm() = rig->cameras(0).translation_mm();
+  });
+  EXPECT_EQ(grade_of("baseline"), Grade::kUnusable);
+}
+
+TEST_F(Check, FindsTooFewLeds) {
+  change_rig([](v1::Rig* rig) { rig->mutable_leds()->DeleteSubrange(3, rig->leds_size() - 3); });
+  EXPECT_EQ(grade_of("LEDs"), Grade::kUnusable);
+}
+
+TEST_F(Check, FindsLedsThatLieInAPlane) {
+  change_rig([](v1::Rig* rig) {
+    for (v1::Led& led : *rig->mutable_leds()) {
+      const double length = std::hypot(led.direction(0), led.direction(2));
+      led.set_direction(0, led.direction(0) / length);
+      led.set_direction(1, 0);
+      led.set_direction(2, led.direction(2) / length);
+    }
+  });
+  EXPECT_EQ(grade_of("LEDs"), Grade::kUnusable);
+}
+
+TEST_F(Check, FindsLedsThatAreAllBehindTheSubject) {
+  change_rig([](v1::Rig* rig) {
+    for (v1::Led& led : *rig->mutable_leds()) led.set_direction(2, -std::abs(led.direction(2)));
+  });
+  EXPECT_EQ(grade_of("LEDs"), Grade::kUnusable);
 }
 
 TEST_F(Check, NoticesAnAnalyserThatStoodTheWrongWayRound) {

@@ -128,6 +128,43 @@ TEST_F(SessionFolder, RefusesAbsurdNumbers) {
   }
 }
 
+TEST_F(SessionFolder, RefusesPatternsThatNoProjectorCanDraw) {
+  using Spoil = std::function<void(v1::Patterns*)>;
+  const std::pair<const char*, Spoil> cases[] = {
+      {"fringe.periods", [](v1::Patterns* p) { p->mutable_fringe()->set_periods(2, 4); }},
+      {"fringe.periods", [](v1::Patterns* p) { p->mutable_fringe()->set_periods(2, 2); }},
+      {"fringe.periods", [](v1::Patterns* p) { p->mutable_fringe()->set_periods(3, 1000); }},
+      {"stripes.period_px", [](v1::Patterns* p) { p->mutable_stripes()->set_period_px(1e-9); }},
+      {"stripes.period_px", [](v1::Patterns* p) { p->mutable_stripes()->set_period_px(1e9); }},
+      {"stripes.shift_px", [](v1::Patterns* p) { p->mutable_stripes()->set_shift_px(9); }},
+      {"stripes.shift_px", [](v1::Patterns* p) { p->mutable_stripes()->set_shift_px(0); }},
+      {"dots.pitch_px", [](v1::Patterns* p) { p->mutable_dots()->set_pitch_px(1e-9); }},
+      {"dots.diameter_px", [](v1::Patterns* p) { p->mutable_dots()->set_diameter_px(60); }},
+      {"dots.diameter_px", [](v1::Patterns* p) { p->mutable_dots()->set_diameter_px(-1); }},
+      {"dots.offset_px[1]", [](v1::Patterns* p) { p->mutable_dots()->set_offset_px(1, 1e300); }},
+  };
+  const v1::Patterns good = testing::fake_calibration(testing::kFakeSize).patterns();
+  for (const auto& [field, spoil] : cases) {
+    const std::string line = after([&](v1::Session* m) {
+      *m->mutable_patterns() = good;
+      spoil(m->mutable_patterns());
+    });
+    EXPECT_TRUE(names(line, {std::string("session.json: patterns.") + field}));
+  }
+}
+
+TEST_F(SessionFolder, RefusesColoursThatCannotBeTurnedBack) {
+  const double none[9] = {}, one_row[9] = {1, 0, 0, 1, 0, 0, 1, 0, 0},
+               negative[9] = {-1, 0, 0, 0, 1, 0, 0, 0, 1};
+  for (const double* matrix : {none, one_row, negative}) {
+    EXPECT_TRUE(names(after([&](v1::Session* m) {
+                        m->mutable_rig()->mutable_projector_to_led()->Clear();
+                        m->mutable_rig()->mutable_projector_to_led()->Add(matrix, matrix + 9);
+                      }),
+                      {"session.json: rig.projector_to_led"}));
+  }
+}
+
 TEST_F(SessionFolder, NamesThePhotographOfAnotherSize) {
   const Session s = read_session(path());
   write_exr_rgb(path() / s.frames[6].file, Image3(33, 24, Vec3(0, 0, 0)));
