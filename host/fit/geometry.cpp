@@ -92,14 +92,14 @@ void fill(const Burst& burst, DepthMap* depth) {
   fill_depth(burst.session->left, lit, normal, depth);
 }
 
-Geometry geometry_at(const Burst& burst, const DepthMap& depth) {
+Geometry geometry_at(const Burst& burst, const DepthMap& depth, const Mask& measured) {
   const Session& session = *burst.session;
   const cv::Size size = burst.regions.size();
   const Vec3 nowhere(kNaN, kNaN, kNaN);
   const Vec3d centre = session.left.centre_mm();
   Geometry g{Image3(size, nowhere), depth.sigma_mm,        Image2(size, Vec2(kNaN, kNaN)),
              Image3(size, nowhere), Image3(size, nowhere), Image1(size, kNaN),
-             Image3(size, nowhere)};
+             Image3(size, nowhere), measured};
   parallel_for(size.height, [&](int y) {
     for (int x = 0; x < size.width; ++x) {
       const float mm = depth.distance_mm(y, x);
@@ -124,8 +124,9 @@ Geometry reconstruct_geometry(const Burst& burst) {
         depth_of(burst, *session.right, burst.right_fringe, burst.right_front_lit);
     refine_with_right(session.left, *session.right, session.projector, right, &depth);
   }
+  const Mask measured = depth.distance_mm == depth.distance_mm;
   fill(burst, &depth);
-  return geometry_at(burst, depth);
+  return geometry_at(burst, depth, measured);
 }
 
 void move_along_ray(const Session& session, const cv::Point& pixel, float distance_mm,

@@ -4,6 +4,7 @@
 
 #include "base/parallel.h"
 #include "fit/depth_fill.h"
+#include "fit/depth_relax.h"
 #include "fit/gradient_inversion.h"
 #include "fit/occlusion.h"
 #include "fit/smooth.h"
@@ -156,18 +157,22 @@ void invert_pixels(const DiffuseField& field, Normals* n) {
   });
 }
 
-// Depth was carried over gaps along rough normals, shadows and all: do it again with better ones.
-void refill(const Burst& burst, const Image3& normal, Image1 distance_mm, Geometry* geometry) {
-  const Mask measured = geometry->sigma_mm<kFilledSigmaMm, labelled = burst.regions> 0;
-  const Mask gaps = labelled & ~measured;
-  distance_mm = distance_mm.clone();
-  distance_mm.setTo(kNaN, ~(measured & labelled));
-  DepthMap depth{distance_mm, geometry->sigma_mm, Image1(), pixel_size_mm(burst)};
-  fill_depth(burst.session->left, gaps, normal, &depth);
-  for (int y = 0; y < gaps.rows; ++y) {
-    for (int x = 0; x < gaps.cols; ++x) {
-      if (!gaps(y, x) || std::isnan(distance_mm(y, x))) continue;
-      move_along_ray(*burst.session, {x, y}, distance_mm(y, x), geometry);
+// Depth was carried over gaps along rough normals, shadows and all: do it again with better ones,
+// and let them speak too where the projector's light is weak.
+void refill(const Burst& burst, const Image3& normal, const Image1& distance_mm,
+            Geometry* geometry) {
+  const Mask sure = geometry->sigma_mm<kFilledSigmaMm, labelled = burst.regions> 0;
+  DepthMap depth{distance_mm.clone(), geometry->sigma_mm, Image1(), pixel_size_mm(burst)};
+  depth.distance_mm.setTo(kNaN, ~(sure & labelled));
+  fill_depth(burst.session->left, labelled, normal, &depth);
+  DepthMap measured{distance_mm.clone(), geometry->sigma_mm, Image1(), depth.px_mm};
+  measured.distance_mm.setTo(kNaN, ~(geometry->measured & labelled));
+  relax_depth(burst.session->left, normal, measured, &depth.distance_mm);
+  for (int y = 0; y < labelled.rows; ++y) {
+    for (int x = 0; x < labelled.cols; ++x) {
+      const float mm = depth.distance_mm(y, x);
+      if (std::isnan(mm) || mm == distance_mm(y, x)) continue;
+      move_along_ray(*burst.session, {x, y}, mm, geometry);
     }
   }
 }
