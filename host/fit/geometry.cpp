@@ -97,9 +97,10 @@ Geometry geometry_at(const Burst& burst, const DepthMap& depth, const Mask& meas
   const cv::Size size = burst.regions.size();
   const Vec3 nowhere(kNaN, kNaN, kNaN);
   const Vec3d centre = session.left.centre_mm();
-  Geometry g{Image3(size, nowhere), depth.sigma_mm,        Image2(size, Vec2(kNaN, kNaN)),
-             Image3(size, nowhere), Image3(size, nowhere), Image1(size, kNaN),
-             Image3(size, nowhere), measured};
+  Geometry g{Image3(size, nowhere),          depth.sigma_mm,
+             Image2(size, Vec2(kNaN, kNaN)), Image3(size, nowhere),
+             Image3(size, nowhere),          Image1(size, kNaN),
+             Image3(size, nowhere),          measured};
   parallel_for(size.height, [&](int y) {
     for (int x = 0; x < size.width; ++x) {
       const float mm = depth.distance_mm(y, x);

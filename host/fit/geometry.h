@@ -15,8 +15,8 @@ struct Geometry {
   Image1 projector_irradiance;  // radiance of white facing the projector there; 1 at the origin
   Image3 scene_mm;  // position of every pixel that was measured, in a region or not: what
                     // casts shadows
-  Mask measured;    // 255 where the pixel's own light was triangulated, 0 where its depth is carried
-                    // over from its neighbours
+  Mask measured;  // 255 where the pixel's own light was triangulated, 0 where its depth is carried
+                  // over from its neighbours
 };
 
 Geometry reconstruct_geometry(const Burst& burst);
