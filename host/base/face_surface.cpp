@@ -5,6 +5,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "base/grid_mesh.h"
+#include "base/outline.h"
 
 namespace lamella {
 
@@ -14,12 +15,13 @@ namespace {
 // resolution.
 constexpr float kClosing = 0.045f;  // an eyebrow that no region has
 constexpr float kOpening = 0.015f;
-constexpr float kOutlineSigma = 0.014f;
+constexpr float kOutlineSigma = 0.03f;
 constexpr float kTearArea = 0.3f;  // pixels of torn edge; shorter ones are noise or a nostril
 constexpr float kIslandShare = 0.02f;
 constexpr float kHoleShare = 0.03f;
 constexpr float kTearSlope = 8.f;     // neighbours this many times further apart than is usual
 constexpr float kGrazingSlope = 4.f;  // seen so obliquely that an outline there frays in depth
+constexpr float kCutReach = 1.5f;     // pixels beside a tear that a cut takes away
 constexpr float kTornReach = 2.f;     // pixels beside a tear that see a little of both sides
 constexpr int kBorderRoom = 12;       // pixels around the face
 constexpr int kBorderSmoothing = 6;   // passes over the outline in space
@@ -68,41 +70,21 @@ Mask large_parts(const Mask& mask, double least_px) {
   return kept;
 }
 
-Image1 distance_inside(const Mask& mask) {
-  cv::Mat d;
-  cv::distanceTransform(mask, d, cv::DIST_L2, 5);
-  return d;
-}
-
-Mask grown(const Mask& mask, float radius_px) { return distance_inside(~mask) <= radius_px; }
-Mask shrunk(const Mask& mask, float radius_px) { return distance_inside(mask) > radius_px; }
-
-Mask closed(const Mask& mask, float radius_px) {
-  return shrunk(grown(mask, radius_px), radius_px) | mask;
-}
-
-Mask opened(const Mask& mask, float radius_px) {
-  return grown(shrunk(mask, radius_px), radius_px) & mask;
-}
-
 // A hole is background that does not reach the border of the picture.
 Mask without_small_holes(const Mask& mask, double largest_px) {
   return ~large_parts(~mask, largest_px);
 }
 
 // What closing brings back inside the face, an oblique nose or an eyelid, it does not at the rim.
-// Long tears that reach the rim are cut, wide enough that smoothing does not heal them; a cut that
-// the face surrounds would be a hole in it, and is bridged.
-Mask body(const Image3& p, const Mask& known, const Mask& torn, float scale_px) {
+// Long tears that reach the rim are cut; a cut that the face surrounds would be a hole in it, and
+// is bridged.
+Mask body(const Image3& p, const Mask& known, const Mask& tears, float scale_px) {
   const float usual_mm = usual_spacing_mm(p, known);
   const Mask sound = known & ~steps_over(p, known, kGrazingSlope * usual_mm);
-  const Mask real_tears = large_parts(torn, kTearArea * scale_px);
-  const Mask cut = closed(sound, kClosing * scale_px) & ~grown(real_tears, 1.5f);
+  const Mask cut = closed(sound, kClosing * scale_px) & ~tears;
   const Mask whole = without_small_holes(cut, kHoleShare * scale_px * scale_px);
   return opened(whole, kOpening * scale_px);
 }
-
-Image1 signed_distance(const Mask& mask) { return distance_inside(mask) - distance_inside(~mask); }
 
 }  // namespace
 
@@ -122,14 +104,16 @@ FaceOutline outline_face(const Image3& position_mm, const Mask& known) {
   known(inner).copyTo(k(place));
 
   const Mask torn = steps_over(p, k, kTearSlope * usual_spacing_mm(p, k));
-  Mask mask = body(p, k, torn, scale_px);
+  const Mask tears = grown(large_parts(torn, kTearArea * scale_px), kCutReach);
+  Mask mask = body(p, k, tears, scale_px);
   mask = large_parts(mask, kIslandShare * area);
+  const Mask cuts = tears & ~mask;
   Image1 soft;
   mask.convertTo(soft, CV_32F, 1.0 / 255);
   cv::GaussianBlur(soft, soft, {}, kOutlineSigma * scale_px);
-  mask = large_parts(Mask(soft > 0.5f), kIslandShare * area);
+  mask = large_parts(Mask((soft > 0.5f) & ~cuts), kIslandShare * area);  // smoothing heals no cut
 
-  Image1 distance = signed_distance(mask) - 1.f;  // a pixel in, where positions are measured
+  Image1 distance = signed_distance_px(mask) - 1.f;  // a pixel in, where positions are measured
   cv::GaussianBlur(distance, distance, {}, 1.5);
   // Room for the border's triangles too, where the picture has it.
   const cv::Rect picture(-box.tl(), position_mm.size());

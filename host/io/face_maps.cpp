@@ -6,6 +6,8 @@
 #include "base/error.h"
 #include "base/fill.h"
 #include "base/parallel.h"
+#include "base/rim.h"
+#include "io/doubtful.h"
 
 namespace lamella {
 
@@ -90,6 +92,7 @@ Image3 dressed_positions(const Image3& position_mm, const FaceOutline& outline) 
   add(&relative, -1.f);
   Image3 filled = fill_unknown(relative);
   add(&filled, 1.f);
+  smooth_along_rim(outline.inside_px, &filled);
   return filled;
 }
 
@@ -104,10 +107,11 @@ void normalise(Image3* normals) {
 
 }  // namespace
 
-FaceMaps face_from_maps(const LayerMaps& maps, const std::string& where) {
-  const Image3& albedo = diffuse_albedo(maps, where);
+FaceMaps face_from_maps(const LayerMaps& measured, const std::string& where) {
+  const LayerMaps maps = without_doubtful(measured);
+  const Image3& albedo = diffuse_albedo(measured, where);
   const auto known = [&](int y, int x) {
-    return is_finite(maps.position_mm(y, x)) && is_finite(maps.normal_specular(y, x)) &&
+    return is_finite(maps.position_mm(y, x)) && is_finite(measured.normal_specular(y, x)) &&
            is_finite(albedo(y, x));
   };
   const float unlit = kUnlitShare * median_brightness(albedo);

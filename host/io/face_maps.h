@@ -13,6 +13,6 @@ struct FaceMaps {
 
 // Takes the pixels that have a position, a normal and a diffuse albedo that is not black. Throws
 // Error (`where` names the folder) where nothing is left. Maps that are empty stay empty.
-FaceMaps face_from_maps(const LayerMaps& maps, const std::string& where);
+FaceMaps face_from_maps(const LayerMaps& measured, const std::string& where);
 
 }  // namespace lamella

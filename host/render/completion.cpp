@@ -5,12 +5,15 @@
 #include <vector>
 
 #include "base/parallel.h"
+#include "base/rim.h"
+#include "io/doubtful.h"
+#include "render/rim.h"
 
 namespace lamella::render {
 
 namespace {
 
-constexpr int kRimPixels = 2;
+constexpr float kBeyondRimPx = 4;  // triangles two pixels wide that end on it have their corners
 // A surface seen from its side falls away fast: the rim goes no further than this a pixel.
 constexpr float kLongestRimMm = 3;
 constexpr int kRelaxations = 150;
@@ -84,12 +87,14 @@ void fill(const Mask& wanted, cv::Mat_<Value>* map) {
   }
 }
 
-// One more pixel all around, in the straight continuation of the last two.
-void extend_rim(Image3* position_mm) {
+// One more pixel of `wanted` all around, in the straight continuation of the last two. False where
+// there was none.
+bool extend_rim(const Mask& wanted, Image3* position_mm) {
+  bool any = false;
   const Image3 before = position_mm->clone();
   for (int i = 0; i < before.rows; ++i) {
     for (int j = 0; j < before.cols; ++j) {
-      if (is_finite(before(i, j))) continue;
+      if (!wanted(i, j) || is_finite(before(i, j))) continue;
       Vec3 sum(0, 0, 0);
       float count = 0;
       for (const cv::Point& d : kAround) {
@@ -99,9 +104,12 @@ void extend_rim(Image3* position_mm) {
         sum += before(near) + onward * std::min(1.f, kLongestRimMm / length(onward));
         ++count;
       }
-      if (count > 0) (*position_mm)(i, j) = sum * (1 / count);
+      if (count == 0) continue;
+      (*position_mm)(i, j) = sum * (1 / count);
+      any = true;
     }
   }
+  return any;
 }
 
 // Labels spread from the nearest pixel that has one.
@@ -140,12 +148,20 @@ Mask holes_of(const Mask& known, int longest) {
   return holes;
 }
 
-LayerMaps complete_maps(const LayerMaps& maps) {
-  LayerMaps whole = maps;
+CompleteMaps complete_maps(const LayerMaps& measured) {
+  const LayerMaps maps = without_doubtful(measured);
+  CompleteMaps result{maps, {}};
+  LayerMaps& whole = result.maps;
   whole.position_mm = maps.position_mm.clone();
   const Mask known = known_pixels(maps.position_mm);
-  fill(holes_of(known, maps.position_mm.rows / 9), &whole.position_mm);
-  for (int i = 0; i < kRimPixels; ++i) extend_rim(&whole.position_mm);
+  const Mask holes = holes_of(known, maps.position_mm.rows / 9);
+  result.inside_px = rim_around(known | holes);
+  fill(holes, &whole.position_mm);
+  const Mask shown = result.inside_px > -kBeyondRimPx;
+  while (extend_rim(shown, &whole.position_mm)) {
+  }
+  fill(shown, &whole.position_mm);  // where no two pixels in a row say how it goes on
+  smooth_along_rim(result.inside_px, &whole.position_mm);
   const Mask wanted = known_pixels(whole.position_mm);
   std::vector<std::function<void()>> jobs{[&] {
     whole.regions = maps.regions.clone();
@@ -168,7 +184,7 @@ LayerMaps complete_maps(const LayerMaps& maps) {
   }
   parallel_for(int(jobs.size()), [&](int i) { jobs[i](); });
   for (Vec3& n : whole.normal_specular) n = unit(n);
-  return whole;
+  return result;
 }
 
 }  // namespace lamella::render

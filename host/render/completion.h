@@ -1,15 +1,19 @@
-// Modest completion of what one camera saw: small holes, and a rim beyond the last pixel.
+// Modest completion of what one camera saw: holes, and a smooth rim beyond the last pixel.
 #pragma once
 
 #include "io/layer_maps.h"
 
 namespace lamella::render {
 
-// Maps with positions, normals, labels and all albedos wherever the result has a position: pixels
-// that a map does not know, holes narrower than a ninth of the picture, and a rim of two pixels, so
-// that the last pixel has its surface. Holes are filled by the smoothest map that fits their
-// border; the rim goes on straight. A map that is empty stays empty.
-LayerMaps complete_maps(const LayerMaps& maps);
+struct CompleteMaps {
+  LayerMaps maps;
+  Image1 inside_px;  // distance to the rim of what is to be shown, positive inside
+};
+
+// Maps with positions, normals, labels and all albedos inside a smooth rim around what is known and
+// four pixels beyond it. Holes are filled by the smoothest map that fits their border; the rim goes
+// on straight. A map that is empty stays empty.
+CompleteMaps complete_maps(const LayerMaps& measured);
 
 // Pixels that are not known but lie between two known ones of the same row or column, no further
 // apart than `longest` pixels.

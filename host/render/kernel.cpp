@@ -1,5 +1,6 @@
 #include "render/kernel.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace lamella::render {
@@ -9,7 +10,7 @@ RadialKernel::RadialKernel(const std::function<double(double)>& profile, double 
   const double step = reach / kCells;
   double integral = 0;
   std::vector<double> values(table_.size());
-  for (int i = 0; i < kCells + 2; ++i) values[i] = profile(i * step);
+  for (int i = 0; i < kCells + 2; ++i) values[i] = std::max(0., profile(i * step));
   for (int i = 0; i < kCells; ++i) {
     // 2 pi r R(r) with R linear between the two ends, as it is looked up.
     const double a = i * step, b = a + step;

@@ -9,7 +9,8 @@ namespace lamella::render {
 class RadialKernel {
  public:
   // `profile`: R at r (any scale of R), r in units of the kernel's length; tabulated to `reach`
-  // and cut there. Valid only where the integral is positive.
+  // and cut there. Negative values, which a multipole has beyond what diffusion describes, are no
+  // light: 0. Valid only where the integral is positive.
   RadialKernel(const std::function<double(double)>& profile, double reach);
 
   // Per unit area at distance `r_mm` for a kernel of length 1 / `per_mm`.

@@ -25,15 +25,17 @@ Vec3 known_or_zero(const Vec3& v) { return is_finite(v) ? v : Vec3(0, 0, 0); }
 struct Scene {
   Scene(const Subject& subject, const View& view, int environment_cells)
       : lights(view, subject.stage, subject.projector, environment_cells),
-        maps(complete_maps(subject.maps)),
-        surface(build_surface(maps, lights.size() > kManyLights ? 2 : 1)),
+        complete(complete_maps(subject.maps)),
+        maps(complete.maps),
+        surface(build_surface(complete, lights.size() > kManyLights ? 2 : 1)),
         visibility(surface, lights),
         spread_light(
             spread(RegionKernels(subject), surface, irradiance(surface, lights, visibility))),
         reflection(subject) {}
 
   Lights lights;
-  LayerMaps maps;
+  CompleteMaps complete;
+  const LayerMaps& maps;
   Surface surface;
   Visibility visibility;
   SpreadLight spread_light;

@@ -3,13 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "render/map_lookup.h"
+
 namespace lamella::render {
 
 namespace {
 
 // Neighbouring pixels this far apart are joined: what the camera could not see between, the side of
 // a nose, is completed by a straight sheet. Further apart is another part of the body.
-constexpr float kOpenMm = 15;
+constexpr float kOpenMm = 40;
 // A sheet is drawn but takes no part in scattering: its ends stand for themselves, not for it.
 constexpr float kSheetEdge = 6;  // in spacings of the vertices
 // A shadow ray is clear of the noise of its own surface this many times higher than the noise, but
@@ -35,6 +37,30 @@ float pixel_spacing_mm(const Image3& position_mm) {
     }
   }
   return distances.empty() ? 1 : median(&distances);
+}
+
+// Without the triangles that join what does not belong together or that have no place, and without
+// the vertices that only they used.
+FaceMesh opened_at_silhouettes(const FaceMesh& mesh) {
+  FaceMesh open;
+  std::vector<int> renamed(mesh.pixel.size(), -1);
+  for (cv::Vec3i t : mesh.triangles) {
+    const Vec3 &a = mesh.vertices_mm[size_t(t[0])], &b = mesh.vertices_mm[size_t(t[1])],
+               &c = mesh.vertices_mm[size_t(t[2])];
+    if (!is_finite(a) || !is_finite(b) || !is_finite(c)) continue;
+    if (std::max({length(a - b), length(b - c), length(c - a)}) > kOpenMm) continue;
+    for (int& v : t.val) {
+      int& name = renamed[size_t(v)];
+      if (name < 0) {
+        name = int(open.pixel.size());
+        open.pixel.push_back(mesh.pixel[size_t(v)]);
+        open.vertices_mm.push_back(mesh.vertices_mm[size_t(v)]);
+      }
+      v = name;
+    }
+    open.triangles.push_back(t);
+  }
+  return open;
 }
 
 void add_areas(float sheet_edge_mm, Surface* surface) {
@@ -63,17 +89,19 @@ float position_noise_mm(const LayerMaps& maps) {
   return departures.empty() ? 0 : median(&departures);
 }
 
-Surface build_surface(const LayerMaps& maps, int step) {
-  GridMesh mesh = mesh_from_positions(maps.position_mm, step, kOpenMm);
+Surface build_surface(const CompleteMaps& complete, int step) {
+  const LayerMaps& maps = complete.maps;
+  FaceMesh mesh = opened_at_silhouettes(mesh_face(maps.position_mm, complete.inside_px, step));
   RayScene rays(mesh.vertices_mm, mesh.triangles);
   Surface surface(std::move(mesh), std::move(rays));
   surface.clear_mm = std::max(kLeastClearMm, kClearNoise * position_noise_mm(maps));
   const size_t count = surface.normal.size();
   add_areas(kSheetEdge * float(step) * pixel_spacing_mm(maps.position_mm), &surface);
   for (size_t i = 0; i < count; ++i) {
-    surface.normal[i] = maps.normal_specular(surface.mesh.pixel[i]);
-    if (!maps.deep_ld_mm.empty()) surface.ld_mm[i] = maps.deep_ld_mm(surface.mesh.pixel[i]);
-    surface.region[i] = maps.regions(surface.mesh.pixel[i]);
+    const Vec2& pixel = surface.mesh.pixel[i];
+    surface.normal[i] = unit(look_up(maps.normal_specular, pixel));
+    if (!maps.deep_ld_mm.empty()) surface.ld_mm[i] = look_up(maps.deep_ld_mm, pixel);
+    surface.region[i] = maps.regions(int(pixel[1] + 0.5f), int(pixel[0] + 0.5f));
   }
   return surface;
 }
@@ -86,8 +114,7 @@ SurfacePoint trace(const Surface& surface, const Vec3& origin_mm, const Vec3& di
   point.weight = Vec3(1 - hit.u - hit.v, hit.u, hit.v);
   point.pixel = cv::Vec2f(0, 0);
   for (int k = 0; k < 3; ++k) {
-    const cv::Point& corner = surface.mesh.pixel[point.corner[k]];
-    point.pixel += cv::Vec2f(float(corner.x), float(corner.y)) * point.weight[k];
+    point.pixel += surface.mesh.pixel[size_t(point.corner[k])] * point.weight[k];
   }
   return point;
 }

@@ -3,22 +3,22 @@
 
 #include <vector>
 
-#include "base/grid_mesh.h"
+#include "base/face_surface.h"
 #include "base/ray_scene.h"
-#include "io/layer_maps.h"
+#include "render/completion.h"
 
 namespace lamella::render {
 
 struct Surface {
-  Surface(GridMesh grid, RayScene scene)
-      : mesh(std::move(grid)),
+  Surface(FaceMesh face, RayScene scene)
+      : mesh(std::move(face)),
         normal(mesh.vertices_mm.size()),
         area_mm2(mesh.vertices_mm.size(), 0.f),
         region(mesh.vertices_mm.size(), 0),
         ld_mm(mesh.vertices_mm.size(), Vec3(0, 0, 0)),
         rays(std::move(scene)) {}
 
-  GridMesh mesh;
+  FaceMesh mesh;
   std::vector<Vec3> normal;     // shading normal of each vertex, unit
   std::vector<float> area_mm2;  // a third of the triangles around each vertex
   std::vector<int> region;      // label of each vertex, 0 where it has none
@@ -31,8 +31,9 @@ struct Surface {
 // normal, of a pixel from the middle of two that are 8 pixels to its left and right.
 float position_noise_mm(const LayerMaps& maps);
 
-// Every `step`-th pixel of the completed maps becomes a vertex; silhouettes are left open.
-Surface build_surface(const LayerMaps& maps, int step);
+// Every `step`-th pixel of the completed maps becomes a vertex, those of the rim lie on it. Wide
+// silhouettes are left open.
+Surface build_surface(const CompleteMaps& complete, int step);
 
 // A point on the surface that a camera ray meets.
 struct SurfacePoint {

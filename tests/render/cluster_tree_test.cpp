@@ -44,6 +44,13 @@ TEST(RadialKernel, IntegratesToOneAndKeepsItsShape) {
               model::dipole_reflectance(dipole, 1) / model::dipole_reflectance(dipole, 4), 0.02);
 }
 
+TEST(RadialKernel, TakesNoLightAway) {
+  // As a multipole is outside diffusion: negative near the middle.
+  const RadialKernel kernel([](double r) { return r < 1 ? -1. : std::exp(-r); }, 8);
+  EXPECT_EQ(kernel(0.5f, 1), 0);
+  EXPECT_GT(kernel(1.5f, 1), 0);
+}
+
 TEST(RadialKernel, WithoutLightIsNotValid) {
   EXPECT_FALSE(RadialKernel([](double) { return -1; }, 8).valid());
 }

@@ -41,7 +41,7 @@ TEST(CompleteMaps, GivesEveryPositionANormalAlbedosAndALabel) {
   s.maps.position_mm(cv::Rect(40, 40, 6, 6)).setTo(Vec3::all(kNaN));
   s.maps.regions(cv::Rect(40, 40, 6, 6)).setTo(0);
   s.maps.deep_albedo(50, 50) = Vec3::all(kNaN);
-  const LayerMaps whole = complete_maps(s.maps);
+  const LayerMaps whole = complete_maps(s.maps).maps;
   EXPECT_NEAR(length(whole.position_mm(43, 43)), 30, 0.3);
   int more = 0;
   for (int i = 0; i < 90; ++i) {
