@@ -16,12 +16,14 @@ enum { kExitBadInput = 2, kExitRigFailed = 3, kMaxCalibrationBytes = 1 << 20 };
 static const char kUsage[] =
     "usage: lamella-rigd --hal sim --rig FILE --twin SOCKET --calibration FILE\n"
     "                    --listen 127.0.0.1:PORT [--clock virtual|real]\n"
-    "                    [--inject flip-bit:N|late-blank:US|slow-actuator:FACTOR]\n";
+    "                    [--inject flip-bit:N|late-blank:US|slow-actuator:FACTOR]\n"
+    "       lamella-rigd --check --rig FILE\n";
 
 struct arguments {
   const char *hal, *rig, *twin, *calibration, *listen;
   enum sim_clock clock;
   struct sim_faults faults;
+  bool check;  // read the rig file, say what is wrong with it, and end
 };
 
 static volatile sig_atomic_t stop;
@@ -48,6 +50,7 @@ static bool require(const char* value, const char* option) {
 }
 
 static bool is_complete(const struct arguments* arguments) {
+  if (arguments->check) return require(arguments->rig, "--rig");
   if (!require(arguments->hal, "--hal") || !require(arguments->rig, "--rig") ||
       !require(arguments->twin, "--twin") || !require(arguments->calibration, "--calibration") ||
       !require(arguments->listen, "--listen")) {
@@ -60,11 +63,15 @@ static bool is_complete(const struct arguments* arguments) {
 }
 
 static bool parse_arguments(int argc, char** argv, struct arguments* arguments) {
-  static const struct option kOptions[] = {
-      {"hal", required_argument, NULL, 'h'},    {"rig", required_argument, NULL, 'r'},
-      {"twin", required_argument, NULL, 't'},   {"calibration", required_argument, NULL, 'c'},
-      {"listen", required_argument, NULL, 'l'}, {"clock", required_argument, NULL, 'k'},
-      {"inject", required_argument, NULL, 'i'}, {NULL, 0, NULL, 0}};
+  static const struct option kOptions[] = {{"hal", required_argument, NULL, 'h'},
+                                           {"rig", required_argument, NULL, 'r'},
+                                           {"twin", required_argument, NULL, 't'},
+                                           {"calibration", required_argument, NULL, 'c'},
+                                           {"listen", required_argument, NULL, 'l'},
+                                           {"clock", required_argument, NULL, 'k'},
+                                           {"inject", required_argument, NULL, 'i'},
+                                           {"check", no_argument, NULL, 'x'},
+                                           {NULL, 0, NULL, 0}};
   *arguments = (struct arguments){.faults = kSimNoFaults};
   for (int option; (option = getopt_long(argc, argv, "", kOptions, NULL)) != -1;) {
     bool good = true;
@@ -74,6 +81,7 @@ static bool parse_arguments(int argc, char** argv, struct arguments* arguments) 
     if (option == 'c') arguments->calibration = optarg;
     if (option == 'l') arguments->listen = optarg;
     if (option == 'k') good = parse_clock(optarg, &arguments->clock);
+    if (option == 'x') arguments->check = true;
     if (option == 'i') good = sim_faults_parse(optarg, &arguments->faults);
     if (!good) fprintf(stderr, "lamella-rigd: '%s' is no value of its option\n", optarg);
     if (!good || option == '?') {
@@ -153,6 +161,7 @@ int main(int argc, char** argv) {
   static struct daemon daemon;
   struct arguments arguments;
   if (!parse_arguments(argc, argv, &arguments)) return kExitBadInput;
+  if (arguments.check) return read_rig(arguments.rig, &daemon.rig) ? 0 : kExitBadInput;
   catch_signals();
   const int failure = start(&daemon, &arguments);
   if (failure != 0) return failure;

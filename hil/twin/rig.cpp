@@ -1,5 +1,7 @@
 #include "twin/rig.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -106,10 +108,14 @@ std::vector<Vec3> led_directions() {
   return directions;
 }
 
+void require_scale(double scale) {
+  if (scale >= kLeastScale && scale <= kLargestScale) return;
+  throw_bad_input("--scale", fmt::format("{:g}", scale),
+                  fmt::format("give a number from {:g} to {:g}", kLeastScale, kLargestScale));
+}
+
 Session make_rig(const std::string& subject, double scale) {
-  if (!(scale >= 0.1 && scale <= 4.0)) {
-    throw_bad_input("--scale", std::to_string(scale), "give a number from 0.1 to 4");
-  }
+  require_scale(scale);
   Session rig;
   rig.subject = subject;
   std::vector<Led> leds;

@@ -7,6 +7,12 @@ namespace lamella::twin {
 
 inline constexpr int kLedCount = 150;
 
+// Of the photographs' size: smaller ones show no skin, larger ones do not fit in memory.
+inline constexpr double kLeastScale = 0.1, kLargestScale = 4;
+
+// Throws Error where `scale` is not within them.
+void require_scale(double scale);
+
 // Directions in the order that PROTOCOL.md fixes: a frequency-4 icosahedral sphere without the
 // stand and the opening for the cameras, by height falling, then azimuth rising.
 std::vector<Vec3> led_directions();

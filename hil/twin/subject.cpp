@@ -44,10 +44,14 @@ Subject make_sphere(uint64_t seed) {
   return s;
 }
 
-Subject make_subject(const std::string& name, uint64_t seed) {
-  if (name == "head") return make_head(seed);
-  if (name == "sphere") return make_sphere(seed);
+void require_subject(const std::string& name) {
+  if (name == "head" || name == "sphere") return;
   throw_bad_input("--subject", "\"" + name + "\"", "the twin knows head and sphere");
+}
+
+Subject make_subject(const std::string& name, uint64_t seed) {
+  require_subject(name);
+  return name == "head" ? make_head(seed) : make_sphere(seed);
 }
 
 int strongest_region(const RegionWeights& weights) {

@@ -28,7 +28,9 @@ struct Subject {
   float axis_length_mm = 0;
 };
 
-// "head" or "sphere"; throws Error for another name.
+// Throws Error where the twin has no subject of this name: "head" or "sphere".
+void require_subject(const std::string& name);
+
 Subject make_subject(const std::string& name, uint64_t seed);
 
 Subject make_head(uint64_t seed);

@@ -7,12 +7,14 @@
 
 #include "apps/commands.h"
 #include "apps/process_rig.h"
+#include "apps/report.h"
 #include "base/error.h"
 #include "base/progress.h"
 #include "calib/receive.h"
 #include "io/json.h"
 #include "io/layer_maps.h"
 #include "io/whole_file.h"
+#include "twin/rig.h"
 
 namespace lamella::apps {
 
@@ -52,7 +54,7 @@ Summary summarise(const Burst& burst, const Reception& reception) {
   return s;
 }
 
-void print_json(const Options& options, const Burst& burst, const Reception& reception) {
+void print_report(const Options& options, const Burst& burst, const Reception& reception) {
   const Summary s = summarise(burst, reception);
   const nlohmann::ordered_json report = {{"session", options.out.string()},
                                          {"frames", reception.offers.size()},
@@ -66,7 +68,7 @@ void print_json(const Options& options, const Burst& burst, const Reception& rec
                                          {"verdict", burst.verdict},
                                          {"transfer_s", reception.transfer_s},
                                          {"megabytes_per_s", s.megabytes_per_s}};
-  fmt::print("{}\n", report.dump(2));
+  print_json(report);
 }
 
 void print_table(const Options& options, const Burst& burst, const Reception& reception) {
@@ -120,7 +122,7 @@ int capture_from(const std::string& address, const Options& options, WholeFolder
   sync_to_disk(options.out);
   acknowledge_all(&rig, reception);
   if (options.json) {
-    print_json(options, burst, reception);
+    print_report(options, burst, reception);
   } else {
     print_table(options, burst, reception);
   }
@@ -144,6 +146,7 @@ int capture(const Options& options) {
   if (options.rig != "sim" && (colon == std::string::npos || colon + 1 == options.rig.size())) {
     throw_bad_input("--rig", "\"" + options.rig + "\"", "give sim, or the rig's HOST:PORT");
   }
+  if (options.rig == "sim") require_simulated_rig(options.simulated);
   catch_interrupts();
   WholeFolder folder(options.out, "session.json");
   if (options.rig == "sim") return capture_simulated(options, &folder);
@@ -160,9 +163,11 @@ void add_capture(CLI::App& app, int* exit_code) {
   command->add_option("--out", options->out, "Folder of the new session")->required();
   command->add_option("--subject", simulated->subject, "Name; for sim: head or sphere")
       ->capture_default_str();
-  command->add_option("--seed", simulated->seed, "Of the simulated noise and skin");
-  command->add_option("--scale", simulated->scale, "Of the simulated photographs' size")
-      ->check(CLI::Range(0.02, 4.0));
+  command->add_option("--seed", simulated->seed, "Of the simulated noise and skin")
+      ->check(whole_number());
+  command->add_option("--scale", simulated->scale,
+                      fmt::format("Of the simulated photographs' size, {:g} to {:g}",
+                                  twin::kLeastScale, twin::kLargestScale));
   command->add_option("--clock", simulated->clock, "Of the simulated rig")
       ->check(CLI::IsMember({"virtual", "real"}));
   command->add_option("--rig-file", simulated->rig_file, "Wiring and timing of the simulated rig");

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/commands.h"
+#include "apps/report.h"
 #include "base/error.h"
 #include "calib/check.h"
 
@@ -29,7 +30,7 @@ void print_table(const SessionCheck& check) {
   fmt::print("\n{}\n", verdict(check.worst()));
 }
 
-void print_json(const CheckArguments& args, const SessionCheck& check) {
+void print_report(const CheckArguments& args, const SessionCheck& check) {
   nlohmann::ordered_json lines = nlohmann::ordered_json::array();
   for (const CheckLine& l : check.lines) {
     nlohmann::ordered_json line = {
@@ -45,13 +46,13 @@ void print_json(const CheckArguments& args, const SessionCheck& check) {
                                          {"grade", grade_name(check.worst())},
                                          {"verdict", verdict(check.worst())},
                                          {"lines", lines}};
-  fmt::print("{}\n", report.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+  print_json(report);
 }
 
 int run_check(const CheckArguments& args) {
   const SessionCheck check = check_session(args.session);
   if (args.json) {
-    print_json(args, check);
+    print_report(args, check);
   } else {
     print_table(check);
   }
@@ -64,9 +65,9 @@ int run_check(const CheckArguments& args) {
 
 void add_check(CLI::App& app, int* exit_code) {
   auto args = std::make_shared<CheckArguments>();
-  CLI::App* command = app.add_subcommand("check", "Is a session fit to fit, and why not");
-  command->add_option("session", args->session, "session folder")->required();
-  command->add_flag("--json", args->json, "print the report as JSON");
+  CLI::App* command = app.add_subcommand("check", "Is this session fit to fit, and why not");
+  command->add_option("session", args->session, "Session folder")->required();
+  command->add_flag("--json", args->json, "Report as JSON");
   command->callback([args, exit_code] { *exit_code = run_check(*args); });
 }
 

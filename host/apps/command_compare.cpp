@@ -8,6 +8,7 @@
 #include "apps/commands.h"
 #include "apps/compare_folders.h"
 #include "apps/compare_images.h"
+#include "apps/report.h"
 #include "base/error.h"
 
 namespace lamella::apps {
@@ -107,10 +108,11 @@ int run_compare(const CompareArguments& arguments) {
   }
   const Json figures =
       folders ? compare_folders(arguments.found, arguments.truth) : compare_pictures(arguments);
-  const std::string text = arguments.json ? figures.dump(1) + "\n"
-                           : folders      ? comparison_table(figures)
-                                          : picture_table(figures);
-  fmt::print("{}", text);
+  if (arguments.json) {
+    print_json(figures);
+  } else {
+    fmt::print("{}", folders ? comparison_table(figures) : picture_table(figures));
+  }
   std::fflush(stdout);
   const bool below = broken(requirements, figures) > 0;
   return has_problems(figures) || below ? 1 : 0;
@@ -121,13 +123,13 @@ int run_compare(const CompareArguments& arguments) {
 void add_compare(CLI::App& app, int* exit_code) {
   auto arguments = std::make_shared<CompareArguments>();
   CLI::App* command = app.add_subcommand(
-      "compare", "Recovered against true: two EXR images, or fit/ against truth/.");
+      "compare", "Recovered against true: two EXR images, or fit/ against truth/");
   command->add_option("recovered", arguments->found, "Image or folder of maps")->required();
   command->add_option("true", arguments->truth, "What it should be")->required();
   command->add_option("--mask", arguments->mask, "PNG: compare images where it is not 0");
   command->add_option("--require", arguments->requirements,
-                      "FIGURE<=VALUE; exit 1 where it does not hold (repeatable)");
-  command->add_flag("--json", arguments->json, "Every figure, as JSON");
+                      "FIGURE<=VALUE; exit 1 where it does not hold. Repeatable");
+  command->add_flag("--json", arguments->json, "Report as JSON: every figure");
   command->callback([arguments, exit_code] { *exit_code = run_compare(*arguments); });
 }
 

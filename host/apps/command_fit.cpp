@@ -24,10 +24,10 @@ struct FitArguments {
 };
 
 void print_summary(const v1::Layers& layers, const fs::path& out, double total_s) {
-  fmt::print("{:<12} {:>5} {:>17} {:>23} {:>23}\n", "region", "m", "l_d r g b (mm)",
+  fmt::print("{:<12} {:>7} {:>17} {:>23} {:>23}\n", "region", "m (rad)", "l_d r g b (mm)",
              "alpha_dot r g b", "single r g b");
   for (const v1::Region& r : layers.regions()) {
-    fmt::print("{:<12} {:>5.3f}", r.name(), r.specular().gaussian_m());
+    fmt::print("{:<12} {:>7.3f}", r.name(), r.specular().gaussian_m());
     if (r.deep().ld_mm_size() == 3) {
       fmt::print("  {:>5.2f} {:>4.2f} {:>4.2f}", r.deep().ld_mm(0), r.deep().ld_mm(1),
                  r.deep().ld_mm(2));
@@ -90,10 +90,14 @@ int run_fit(const FitArguments& args) {
 void add_fit(CLI::App& app, int* exit_code) {
   auto args = std::make_shared<FitArguments>();
   CLI::App* command = app.add_subcommand("fit", "Fit the layers of a session");
-  command->add_option("session", args->session, "session folder")->required();
-  command->add_option("--out", args->out, "folder to write (default SESSION/fit)");
-  command->add_option("--until", args->until, "last step to run")->capture_default_str();
-  command->add_flag("--json", args->json, "print layers.json instead of the summary");
+  command->add_option("session", args->session, "Session folder")->required();
+  command->add_option("--out", args->out, "Folder to write [SESSION/fit]");
+  command
+      ->add_option(
+          "--until", args->until,
+          "Last step to run: linearise, geometry, normals, specular, separate, scattering, albedo")
+      ->capture_default_str();
+  command->add_flag("--json", args->json, "Report as JSON: layers.json");
   command->callback([args, exit_code] { *exit_code = run_fit(*args); });
 }
 

@@ -1,7 +1,10 @@
-#include <cstdio>
+// lamella render: a fitted face at a view and a light that no photograph had.
+#include <fmt/format.h>
+
 #include <memory>
 
 #include "apps/commands.h"
+#include "apps/report.h"
 #include "base/progress.h"
 #include "render/render.h"
 
@@ -11,6 +14,7 @@ namespace {
 
 struct RenderArguments {
   std::string session, view, out, fit;
+  bool json = false;
 };
 
 void run_render(const RenderArguments& arguments) {
@@ -21,8 +25,15 @@ void run_render(const RenderArguments& arguments) {
   const View view = read_view(arguments.view, subject.stage.leds().size());
   const Image3 image = render::render_view(subject, view);
   write_exr_rgb(arguments.out, image, PixelType::kHalf);
-  std::fprintf(stderr, "%s: %dx%d in %.1f s\n", arguments.out.c_str(), image.cols, image.rows,
+  if (arguments.json) {
+    print_json({{"file", arguments.out},
+                {"width", image.cols},
+                {"height", image.rows},
+                {"seconds", watch.seconds()}});
+  } else {
+    fmt::print("wrote {}: {} pixels in {:.2f} s\n", arguments.out, size_words(image.size()),
                watch.seconds());
+  }
 }
 
 }  // namespace
@@ -30,11 +41,12 @@ void run_render(const RenderArguments& arguments) {
 void add_render(CLI::App& app, int*) {
   auto arguments = std::make_shared<RenderArguments>();
   CLI::App* command =
-      app.add_subcommand("render", "Draw a fitted face at a new view and light (S + D).");
+      app.add_subcommand("render", "Draw a fitted face at a new view and light (S + D)");
   command->add_option("session", arguments->session, "Session folder")->required();
   command->add_option("--view", arguments->view, "View file: a camera and its lights")->required();
   command->add_option("--out", arguments->out, "Image to write (EXR)")->required();
-  command->add_option("--fit", arguments->fit, "Folder of maps [SESSION/fit]");
+  command->add_option("--fit", arguments->fit, "Folder of the fit [SESSION/fit]");
+  command->add_flag("--json", arguments->json, "Report as JSON");
   command->callback([arguments] { run_render(*arguments); });
 }
 

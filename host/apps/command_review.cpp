@@ -1,4 +1,6 @@
 // lamella review: the lit head, every layer switchable, in a window or as a picture.
+#include <fmt/format.h>
+
 #include <cstdio>
 #include <memory>
 
@@ -49,7 +51,7 @@ void run(const Arguments& a) {
     review::show_window(request);
   } else {
     review::write_screenshot(request, a.screenshot);
-    std::printf("%s\n", a.screenshot.c_str());
+    fmt::print("wrote {}: {} pixels\n", a.screenshot.string(), size_words(request.size));
   }
 }
 
@@ -57,18 +59,19 @@ void run(const Arguments& a) {
 
 void add_review(CLI::App& app, int*) {
   auto a = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand("review", "look at the fitted head, lit");
-  command->add_option("session", a->session, "session folder")->required();
-  command->add_option("--fit", a->fit, "folder of the fit; SESSION/fit where absent");
-  command->add_option("--screenshot", a->screenshot, "write this PNG instead of a window");
-  command->add_option("--size", a->size, "WIDTHxHEIGHT of the window or picture");
-  command->add_option("--layers", a->layers, "some of specular,single,shallow,deep; or none");
-  command->add_option("--light", a->light, "portrait, front, side, or a direction x,y,z");
+  CLI::App* command = app.add_subcommand("review", "Look at a fitted face, lit, layer by layer");
+  command->add_option("session", a->session, "Session folder")->required();
+  command->add_option("--fit", a->fit, "Folder of the fit [SESSION/fit]");
+  command->add_option("--screenshot", a->screenshot, "PNG to write, instead of a window");
+  command->add_option("--size", a->size, "WIDTHxHEIGHT of the window or picture, pixels");
+  command->add_option("--layers", a->layers, "Some of specular,single,shallow,deep; or none");
+  command->add_option("--light", a->light, "portrait, front, side, or a direction X,Y,Z");
   command->add_option("--azimuth", a->azimuth_deg,
-                      "of the camera, degrees from the side that was photographed");
-  command->add_option("--elevation", a->elevation_deg, "of the camera, degrees")
+                      "Of the camera, degrees from the side that was photographed");
+  command->add_option("--elevation", a->elevation_deg, "Of the camera, degrees, -85 to 85")
       ->check(CLI::Range(-85.0, 85.0));
-  command->add_option("--exposure", a->exposure, "factor")->check(CLI::Range(0.01, 100.0));
+  command->add_option("--exposure", a->exposure, "Factor on the picture, 0.01 to 100")
+      ->check(CLI::Range(0.01, 100.0));
   command->callback([a] { run(*a); });
 }
 

@@ -1,13 +1,17 @@
 // lamella twin: photographs of a subject with known layers, as a session or on demand.
+#include <fmt/format.h>
+
 #include <csignal>
 #include <memory>
 
 #include "apps/commands.h"
+#include "apps/report.h"
 #include "base/error.h"
 #include "base/progress.h"
 #include "io/json.h"
 #include "io/rig_message.h"
 #include "io/whole_file.h"
+#include "twin/rig.h"
 #include "twin/server.h"
 #include "twin/session_writer.h"
 #include "twin/truth_writer.h"
@@ -20,6 +24,7 @@ struct TwinArguments {
   twin::Photographer::Options subject;
   std::string out, socket, truth_out, calibration_out;
   float noise = 1.f;
+  bool json = false;
 };
 
 volatile std::sig_atomic_t stop_asked = 0;
@@ -44,6 +49,19 @@ void write_whole_session(const TwinArguments& a, const twin::Photographer& photo
   session.commit();
 }
 
+void print_report(const TwinArguments& a, const Session& rig, double seconds) {
+  if (a.json) {
+    print_json({{"session", a.out},
+                {"subject", rig.subject},
+                {"width", rig.left.width},
+                {"height", rig.left.height},
+                {"seconds", seconds}});
+  } else {
+    fmt::print("wrote {}: {}, {} pixels in {:.1f} s\n", a.out, rig.subject,
+               size_words({rig.left.width, rig.left.height}), seconds);
+  }
+}
+
 // The rig as calibrated, without what only a session has.
 void write_calibration(const fs::path& file, Session rig) {
   rig.regions_file.clear();
@@ -64,7 +82,7 @@ void run_twin(const TwinArguments& a) {
   if (!a.calibration_out.empty()) write_calibration(a.calibration_out, photographer.rig());
   if (!a.out.empty()) {
     write_whole_session(a, photographer, &studio);
-    std::printf("%s in %.1f s\n", a.out.c_str(), clock.seconds());
+    print_report(a, photographer.rig(), clock.seconds());
   }
   if (listener) {
     std::printf("serving %s\n", a.socket.c_str());
@@ -88,13 +106,17 @@ void add_twin(CLI::App& app, int*) {
   const auto a = std::make_shared<TwinArguments>();
   CLI::App* command = app.add_subcommand("twin", "Photographs of a subject with known layers");
   command->add_option("--subject", a->subject.subject, "head or sphere");
-  command->add_option("--seed", a->subject.seed, "another face, skin and noise");
-  command->add_option("--scale", a->subject.scale, "times 600 x 750 pixels");
-  command->add_option("--noise", a->noise, "times the sensor's noise; 0 for none");
-  command->add_option("--out", a->out, "session folder to write");
-  command->add_option("--serve", a->socket, "local socket on which to answer a simulated rig");
-  command->add_option("--truth-out", a->truth_out, "folder for the truth alone");
-  command->add_option("--calibration-out", a->calibration_out, "file for the rig's calibration");
+  command->add_option("--seed", a->subject.seed, "Of the face, its skin and the noise")
+      ->check(whole_number());
+  command->add_option(
+      "--scale", a->subject.scale,
+      fmt::format("Times 600x750 pixels, {:g} to {:g}", twin::kLeastScale, twin::kLargestScale));
+  command->add_option("--noise", a->noise, "Times the sensor's noise, 0 to 100");
+  command->add_option("--out", a->out, "Folder of the new session");
+  command->add_option("--serve", a->socket, "Local socket on which to answer a simulated rig");
+  command->add_option("--truth-out", a->truth_out, "Folder of the truth alone");
+  command->add_option("--calibration-out", a->calibration_out, "File of the rig's calibration");
+  command->add_flag("--json", a->json, "Report on --out as JSON");
   command->callback([a] { run_twin(*a); });
 }
 

@@ -61,7 +61,7 @@ constexpr const char* kRegionRow = "  {:<13}{:>15}{:>9}{:>13}{:>13}{:>13}{:>9}{:
 
 void region_rows(const Json& f, std::string* out) {
   if (!f.contains("regions")) return;
-  *out += "\n" + fmt::format(kRegionRow, "region", "lobe m / true", "p L1", "l_d red, mm", "green",
+  *out += "\n" + fmt::format(kRegionRow, "region", "m / true, rad", "p L1", "l_d red, mm", "green",
                              "blue", "c RMSE", "single, error r g b", "R(r), L1 r g b");
   for (const auto& [name, region] : f["regions"].items()) {
     const std::string r = "/regions/" + name;

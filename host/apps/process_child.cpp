@@ -84,9 +84,17 @@ ChildProcess::~ChildProcess() {
 
 bool ChildProcess::has_ended() {
   if (pid_ < 0) return true;
-  if (waitpid(pid_, nullptr, WNOHANG) == 0) return false;
+  int status = 0;
+  const pid_t ended = waitpid(pid_, &status, WNOHANG);
+  if (ended == 0) return false;
+  if (ended == pid_ && WIFEXITED(status)) exit_code_ = WEXITSTATUS(status);
   pid_ = -1;
   return true;
+}
+
+int ChildProcess::wait() {
+  while (!has_ended()) std::this_thread::sleep_for(kLook);
+  return exit_code_;
 }
 
 std::string ChildProcess::last_words() const {

@@ -29,6 +29,9 @@ class ChildProcess {
 
   bool has_ended();
 
+  // Its exit code, once it has ended of itself; -1 where a signal ended it.
+  int wait();
+
   // Its last line on standard error; empty where it said nothing.
   std::string last_words() const;
 
@@ -36,6 +39,7 @@ class ChildProcess {
   std::string name_;
   fs::path out_, err_;
   pid_t pid_ = -1;
+  int exit_code_ = -1;
 };
 
 // A folder for this process alone (mode 0700), removed with everything in it.

@@ -2,6 +2,11 @@
 
 #include <fmt/format.h>
 
+#include "base/error.h"
+#include "base/progress.h"
+#include "twin/rig.h"
+#include "twin/subject.h"
+
 namespace lamella::apps {
 
 namespace {
@@ -13,7 +18,19 @@ fs::path rig_file_of(const SimulatedRigOptions& options) {
   return options.rig_file.empty() ? fs::path(LAMELLA_BOARD_DIR) / "sim.rig" : options.rig_file;
 }
 
+std::string firmware_binary() { return (own_binary().parent_path() / "lamella-rigd").string(); }
+
 }  // namespace
+
+void require_simulated_rig(const SimulatedRigOptions& options) {
+  twin::require_subject(options.subject);
+  twin::require_scale(options.scale);
+  const PrivateFolder folder;
+  const std::string rig_file = rig_file_of(options).string();
+  ChildProcess check("lamella-rigd", {firmware_binary(), "--check", "--rig", rig_file},
+                     folder.path());
+  if (check.wait() != 0) throw_bad_input("--rig-file", check.last_words());
+}
 
 SimulatedRig::SimulatedRig(const SimulatedRigOptions& options) {
   const std::string socket = (folder_.path() / "twin.socket").string();
@@ -28,7 +45,7 @@ SimulatedRig::SimulatedRig(const SimulatedRigOptions& options) {
       "--calibration-out", calibration,
       "--truth-out", options.truth.string()};
   const std::vector<std::string> firmware{
-      (own_binary().parent_path() / "lamella-rigd").string(),
+      firmware_binary(),
       "--hal", "sim",
       "--rig", rig_file_of(options).string(),
       "--twin", socket,
@@ -36,8 +53,10 @@ SimulatedRig::SimulatedRig(const SimulatedRigOptions& options) {
       "--listen", "127.0.0.1:0",
       "--clock", options.clock};
   // clang-format on
+  Progress progress("starting the simulated rig", 2);
   twin_ = std::make_unique<ChildProcess>("lamella twin", twin, folder_.path());
   twin_->wait_for_line("serving ", kTwinReady_s, interrupted);
+  progress.advance(1);
   firmware_ = std::make_unique<ChildProcess>("lamella-rigd", firmware, folder_.path());
   address_ = firmware_->wait_for_line("listening on ", kFirmwareReady_s, interrupted);
 }

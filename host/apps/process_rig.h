@@ -13,11 +13,15 @@ namespace lamella::apps {
 struct SimulatedRigOptions {
   std::string subject = "head";  // or "sphere"
   uint64_t seed = 1;
-  double scale = 1;               // of the photographs' size
+  double scale = 1;               // of the photographs' size, twin::kLeastScale to kLargestScale
   std::string clock = "virtual";  // or "real"
   fs::path rig_file;              // empty: the reference rig of this build
   fs::path truth;                 // where the twin writes what it knows
 };
+
+// Throws Error (kBadInput) that names the option where the twin or the firmware would refuse it, so
+// that nobody waits for the twin to hear of a mistyped name.
+void require_simulated_rig(const SimulatedRigOptions& options);
 
 class SimulatedRig {
  public:

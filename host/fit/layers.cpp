@@ -19,14 +19,25 @@ constexpr std::array<std::pair<const char*, Step>, 7> kSteps{{{"linearise", Step
                                                               {"scattering", Step::kScattering},
                                                               {"albedo", Step::kAlbedo}}};
 
+// The steps of one fit as they pass.
+struct Course {
+  v1::Layers* layers;
+  Progress progress;
+  int done = 0;
+};
+
 // Runs a step and notes its seconds under its name.
 template <class Work>
-auto timed(v1::Layers* layers, const std::string& name, const Work& work) {
+auto timed(Course* course, const std::string& name, const Work& work) {
   const Stopwatch watch;
   auto result = work();
-  (*layers->mutable_timings_s())[name] = watch.seconds();
+  (*course->layers->mutable_timings_s())[name] = watch.seconds();
+  course->progress.advance(++course->done);
   return result;
 }
+
+// The rerendering that judges a whole fit is a step of its own.
+int steps_until(Step until) { return int(until) + (until == Step::kAlbedo ? 2 : 1); }
 
 }  // namespace
 
@@ -41,30 +52,30 @@ Step step_from_name(const std::string& name) {
 
 LayeredFit fit_layers(const Session& session, Step until) {
   LayeredFit fit;
-  v1::Layers* layers = &fit.layers;
-  Burst burst = timed(layers, "linearise", [&] { return linearise(session); });
+  Course course{&fit.layers, Progress("fitting, step", steps_until(until))};
+  Burst burst = timed(&course, "linearise", [&] { return linearise(session); });
   fit.check = burst.check;
   start_report(burst, &fit);
   if (until == Step::kLinearise) return fit;
 
-  Geometry geometry = timed(layers, "geometry", [&] { return reconstruct_geometry(burst); });
+  Geometry geometry = timed(&course, "geometry", [&] { return reconstruct_geometry(burst); });
   remove_pattern_extinction(geometry, &burst);
   if (until > Step::kGeometry) {
     const Normals normals =
-        timed(layers, "normals", [&] { return estimate_normals(burst, &geometry); });
+        timed(&course, "normals", [&] { return estimate_normals(burst, &geometry); });
     report_normals(normals, &fit);
     SpecularFit specular;
     Separation separation;
     if (until >= Step::kSpecular) {
-      specular = timed(layers, "specular", [&] { return fit_specular(burst, geometry, normals); });
+      specular = timed(&course, "specular", [&] { return fit_specular(burst, geometry, normals); });
       report_specular(specular, &fit);
     }
     if (until >= Step::kSeparate) {
       separation =
-          timed(layers, "separate", [&] { return separate_layers(burst, geometry, normals); });
+          timed(&course, "separate", [&] { return separate_layers(burst, geometry, normals); });
       report_separation(separation, &fit);
       if (until >= Step::kScattering) {
-        const Scattering scattering = timed(layers, "scattering", [&] {
+        const Scattering scattering = timed(&course, "scattering", [&] {
           return fit_scattering(burst, geometry, normals, separation);
         });
         report_scattering(scattering, &fit);
@@ -72,10 +83,10 @@ LayeredFit fit_layers(const Session& session, Step until) {
     }
     if (until >= Step::kAlbedo) {
       const Albedo albedo =
-          timed(layers, "albedo", [&] { return fit_albedo(burst, geometry, normals); });
+          timed(&course, "albedo", [&] { return fit_albedo(burst, geometry, normals); });
       report_albedo(albedo, &fit);
       const FittedLayers fitted{geometry, normals, specular, separation, albedo};
-      report_rerender(timed(layers, "rerender", [&] { return rerender(burst, fitted); }), &fit);
+      report_rerender(timed(&course, "rerender", [&] { return rerender(burst, fitted); }), &fit);
     }
   }
   report_geometry(geometry, &fit);

@@ -216,6 +216,23 @@ TEST_F(Command, RefusesAnAddressThatIsNone) {
   refused({"capture", "--rig", "rig", "--out", in("s")}, 2, {"--rig"});
 }
 
+TEST_F(Command, RefusesASimulatedRigThatCannotBeBeforeItStartsOne) {
+  std::ofstream(at("bad.rig")) << "leds = many\n";
+  const std::vector<std::vector<std::string>> cases{
+      {"--subject", "cow"},         {"--seed", "-1"},   {"--seed", "99999999999999999999999"},
+      {"--scale", "0.05"},          {"--scale", "nan"}, {"--rig-file", in("none.rig")},
+      {"--rig-file", in("bad.rig")}};
+  for (const auto& wrong : cases) {
+    SCOPED_TRACE(wrong[0] + " " + wrong[1]);
+    refused({"capture", "--rig", "sim", "--out", in("s"), wrong[0], wrong[1]}, 2, {wrong[0]});
+  }
+}
+
+TEST_F(Command, NamesTheRigFileAndTheLineThatIsWrong) {
+  std::ofstream(at("bad.rig")) << "leds = many\n";
+  refused({"capture", "--out", in("s"), "--rig-file", in("bad.rig")}, 2, {in("bad.rig") + ":1"});
+}
+
 TEST_F(Command, NamesFrameAndByteOfALinkCutInTheMiddleOfAFrame) {
   testing::FakeRigFaults faults;
   faults.cut_frame = 7;

@@ -1,6 +1,8 @@
 // What render, export and review say to a fit that is not whole: one line, exit 2, nothing written.
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "apps/run_lamella.h"
 #include "io/fake_fit.h"
 #include "io/fake_session.h"
@@ -57,6 +59,18 @@ TEST_F(FittedSession, IsRenderedAndExported) {
     const Outcome outcome = run_lamella(commands()[i]);
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
     EXPECT_TRUE(fs::exists(commands()[i].back()));
+  }
+}
+
+TEST_F(FittedSession, IsReportedAsJsonToAProgram) {
+  for (size_t i = 0; i < 2; ++i) {
+    std::vector<std::string> command = commands()[i];
+    command.push_back("--json");
+    const Outcome outcome = run_lamella(command);
+    const auto report = nlohmann::json::parse(outcome.out);
+    EXPECT_EQ(report["file"], commands()[i].back());
+    EXPECT_GT(report["seconds"], 0);
+    EXPECT_EQ(outcome.err, "");
   }
 }
 

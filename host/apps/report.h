@@ -1,0 +1,15 @@
+// How every command reports to a program, and what several of them take as arguments.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+namespace lamella::apps {
+
+// Prints `report` on standard output; a file name that is no UTF-8 is made printable.
+void print_json(const nlohmann::ordered_json& report);
+
+// A whole number from 0 to 2^64 - 1; CLI11 alone takes "-1" for the largest of them.
+CLI::Validator whole_number();
+
+}  // namespace lamella::apps
