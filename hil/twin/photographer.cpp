@@ -9,7 +9,7 @@
 namespace lamella::twin {
 
 Photographer::Photographer(const Options& options)
-    : rig_(make_rig(options.subject, options.scale)),
+    : rig_(make_rig(options.subject, options.scale, options.noise)),
       subject_(make_subject(options.subject, options.seed)),
       skins_(facial_skins(options.seed)),
       profiles_(walk_skins(skins_, options.photons, options.seed)),

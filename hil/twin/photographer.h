@@ -27,6 +27,7 @@ class Photographer {
     std::string subject = "head";
     uint64_t seed = 1;
     double scale = 1.0;
+    double noise = 1.0;   // times the sensor's
     int photons = 80000;  // per region and channel
     float spacing_mm = 0.4f;
   };

@@ -56,7 +56,7 @@ std::map<std::array<int, 3>, Vec3d> geodesic_points() {
   return points;
 }
 
-Camera make_camera(const std::string& id, double angle, double scale) {
+Camera make_camera(const std::string& id, double angle, double scale, double noise) {
   Camera c;
   c.id = id;
   c.width = int(std::lround(600 * scale));
@@ -68,8 +68,8 @@ Camera make_camera(const std::string& id, double angle, double scale) {
   c.cam_from_rig = Mat33d(cosine, 0, -sine, 0, -1, 0, -sine, 0, -cosine);
   c.translation_mm = {0, 0, kDistance};
   c.saturation = 1.0;
-  c.read_noise = 0.0004;
-  c.full_well_electrons = 30000;
+  c.read_noise = 0.0004 * noise;
+  c.full_well_electrons = noise > 0 ? 30000 / (noise * noise) : 0;
   return c;
 }
 
@@ -114,15 +114,15 @@ void require_scale(double scale) {
                   fmt::format("give a number from {:g} to {:g}", kLeastScale, kLargestScale));
 }
 
-Session make_rig(const std::string& subject, double scale) {
+Session make_rig(const std::string& subject, double scale, double noise) {
   require_scale(scale);
   Session rig;
   rig.subject = subject;
   std::vector<Led> leds;
   for (const Vec3& w : led_directions()) leds.push_back({.direction = w});
   rig.stage = LightStage(std::move(leds));
-  rig.left = make_camera("left", -kCameraAngle, scale);
-  rig.right = make_camera("right", kCameraAngle, scale);
+  rig.left = make_camera("left", -kCameraAngle, scale, noise);
+  rig.right = make_camera("right", kCameraAngle, scale, noise);
   rig.projector = make_projector();
   rig.projector_to_led = Mat33d(1.08, -0.05, 0.01, 0.02, 0.94, 0.03, -0.01, 0.06, 1.16);
   rig.regions_file = "regions.png";

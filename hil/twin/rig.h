@@ -18,7 +18,8 @@ void require_scale(double scale);
 std::vector<Vec3> led_directions();
 
 // A session without frames: the rig with everything calibrated. `scale` multiplies the cameras'
-// resolution (600 x 750 at 1).
-Session make_rig(const std::string& subject, double scale);
+// resolution (600 x 750 at 1), `noise` their noise (0: quantisation alone), as the manifest will
+// state it.
+Session make_rig(const std::string& subject, double scale, double noise = 1);
 
 }  // namespace lamella::twin

@@ -12,9 +12,10 @@ double gain_per_dn(const Camera& camera) {
   return camera.saturation / (kWhiteLevelDn - kBlackLevelDn);
 }
 
-RawImage expose(const Image3& stored, const Camera& camera, float noise, uint64_t seed) {
+RawImage expose(const Image3& stored, const Camera& camera, uint64_t seed) {
   RawImage raw(stored.size());
-  const float electrons = float(camera.full_well_electrons / camera.saturation);
+  const double electrons = camera.full_well_electrons;
+  const float photon = electrons > 0 ? float(camera.saturation / electrons) : 0.f;
   const float read = float(camera.read_noise);
   const float dn_per_stored = float(1.0 / gain_per_dn(camera));
   parallel_for(
@@ -24,8 +25,8 @@ RawImage expose(const Image3& stored, const Camera& camera, float noise, uint64_
         for (int x = 0; x < stored.cols; ++x) {
           for (int c = 0; c < 3; ++c) {
             const float value = stored(y, x)[c];
-            const float variance = std::max(value, 0.f) / electrons + read * read;
-            const float noisy = value + noise * std::sqrt(variance) * random.normal();
+            const float variance = std::max(value, 0.f) * photon + read * read;
+            const float noisy = value + std::sqrt(variance) * random.normal();
             const float dn = std::round(noisy * dn_per_stored) + float(kBlackLevelDn);
             raw(y, x)[c] = uint16_t(std::clamp(dn, 0.f, float(kWhiteLevelDn)));
           }

@@ -14,9 +14,9 @@ inline constexpr int kBlackLevelDn = 64, kWhiteLevelDn = 4095;
 // stored = (dn - black level) * this; the white level is the camera's saturation.
 double gain_per_dn(const Camera& camera);
 
-// `stored`: exact values in stored units. `noise` multiplies both kinds of noise; 0 leaves
-// quantisation alone. The same seed gives the same noise.
-RawImage expose(const Image3& stored, const Camera& camera, float noise, uint64_t seed);
+// `stored`: exact values in stored units. The noise is what the camera's figures state: no photon
+// noise where full_well_electrons is 0. The same seed gives the same noise.
+RawImage expose(const Image3& stored, const Camera& camera, uint64_t seed);
 
 Image3 develop(const RawImage& raw, const Camera& camera);
 

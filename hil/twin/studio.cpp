@@ -40,8 +40,8 @@ Vec3 radiance_scale(const Exposure& exposure) {
   return Vec3::all(leds ? (parallel ? 0.8f : 0.36f) : (parallel ? 0.6f : 0.4f));
 }
 
-Studio::Studio(const Photographer& photographer, float noise, uint64_t seed)
-    : photographer_(photographer), noise_(noise), seed_(seed) {}
+Studio::Studio(const Photographer& photographer, uint64_t seed)
+    : photographer_(photographer), seed_(seed) {}
 
 const Receivers& Studio::receivers(int camera) const {
   return photographer_.receivers(camera == 0 ? Eye::kLeft : Eye::kRight);
@@ -139,7 +139,7 @@ RawPhotograph Studio::take(const Exposure& exposure, uint64_t serial) {
     for (int x = 0; x < stored.cols; ++x) stored(y, x) *= scale;
   }
   const Session& rig = photographer_.rig();
-  photograph.raw = expose(stored, exposure.camera == 0 ? rig.left : *rig.right, noise_,
+  photograph.raw = expose(stored, exposure.camera == 0 ? rig.left : *rig.right,
                           seed_ * 0x9e3779b97f4a7c15ull + serial);
   return photograph;
 }

@@ -18,8 +18,8 @@ struct RawPhotograph {
 
 class Studio {
  public:
-  // `noise` multiplies the sensor's noise.
-  Studio(const Photographer& photographer, float noise, uint64_t seed);
+  // `seed`: of the sensor's noise.
+  Studio(const Photographer& photographer, uint64_t seed);
 
   // One photograph; `serial` makes its noise its own.
   RawPhotograph take(const Exposure& exposure, uint64_t serial);
@@ -45,7 +45,6 @@ class Studio {
   const Receivers& receivers(int camera) const;
 
   const Photographer& photographer_;
-  float noise_;
   uint64_t seed_;
   std::list<Seen> memory_;  // newest first
 };

@@ -23,7 +23,6 @@ namespace {
 struct TwinArguments {
   twin::Photographer::Options subject;
   std::string out, socket, truth_out, calibration_out;
-  float noise = 1.f;
   bool json = false;
 };
 
@@ -35,8 +34,8 @@ void check(const TwinArguments& a) {
   if (a.out.empty() && a.socket.empty() && a.truth_out.empty() && a.calibration_out.empty()) {
     throw_bad_input("twin", "nothing to do", "give --out SESSION or --serve SOCKET");
   }
-  if (!(a.noise >= 0.f && a.noise <= 100.f)) {
-    throw_bad_input("--noise", std::to_string(a.noise), "give a number from 0 to 100");
+  if (!(a.subject.noise >= 0 && a.subject.noise <= 100)) {
+    throw_bad_input("--noise", std::to_string(a.subject.noise), "give a number from 0 to 100");
   }
 }
 
@@ -78,7 +77,7 @@ void run_twin(const TwinArguments& a) {
     listener = std::make_unique<twin::LocalListener>(a.socket);
   }
   const twin::Photographer photographer(a.subject);
-  twin::Studio studio(photographer, a.noise, a.subject.seed);
+  twin::Studio studio(photographer, a.subject.seed);
   if (!a.calibration_out.empty()) write_calibration(a.calibration_out, photographer.rig());
   if (!a.out.empty()) {
     write_whole_session(a, photographer, &studio);
@@ -111,7 +110,7 @@ void add_twin(CLI::App& app, int*) {
   command->add_option(
       "--scale", a->subject.scale,
       fmt::format("Times 600x750 pixels, {:g} to {:g}", twin::kLeastScale, twin::kLargestScale));
-  command->add_option("--noise", a->noise, "Times the sensor's noise, 0 to 100");
+  command->add_option("--noise", a->subject.noise, "Times the sensor's noise, 0 to 100");
   command->add_option("--out", a->out, "Folder of the new session");
   command->add_option("--serve", a->socket, "Local socket on which to answer a simulated rig");
   command->add_option("--truth-out", a->truth_out, "Folder of the truth alone");

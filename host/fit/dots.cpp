@@ -1,9 +1,8 @@
 #include <algorithm>
-#include <map>
 #include <opencv2/imgproc.hpp>
 
 #include "base/parallel.h"
-#include "fit/dot_pattern.h"
+#include "fit/dot_measure.h"
 #include "fit/layer_profile.h"
 #include "fit/scattering.h"
 #include "model/diffuse_reflectance.h"
@@ -12,11 +11,7 @@ namespace lamella::fit {
 
 namespace {
 
-constexpr float kDarkest = 0.01f;         // FRONT - BLACK below this says little
-constexpr float kSmallestCosine = 0.35f;  // beyond, a dot is not on a plane any more
-constexpr float kModelError = 0.01f;      // of FRONT - BLACK
-constexpr float kLeastShare = 0.6f;       // of a dot's pixels in one region
-constexpr size_t kFewestPixels = 300;
+constexpr double kFewestSamples = 75;   // of a dot, in a channel
 constexpr double kOffsetSigma = 0.003;  // of the black level, relative to FRONT - BLACK
 // Pull of the exponential kernel: weak, it lets the tail be what the dots say; strong, it keeps
 // noise out of the body, where renderers see every wiggle.
@@ -24,103 +19,6 @@ constexpr double kTailRidge = 3, kBodyRidge = 300;
 constexpr int kJackknifeGroups = 8;
 constexpr double kBlend_mm = 3;  // l_d goes from one region's to the next's over this
 constexpr float kHighestReflectance = 0.97f;
-
-using ChannelEquations = std::array<KernelEquations, 3>;
-
-// One dot and the light between it and its neighbours.
-struct DotPixels {
-  std::vector<cv::Point> pixel;
-  int label = 0;
-};
-
-struct Dot {
-  int label = 0;
-  ChannelEquations equations;
-};
-
-bool usable(const Burst& burst, const Geometry& geometry, const Normals& normals, int y, int x) {
-  if (!burst.regions(y, x) || burst.clipped_projector(y, x)) return false;
-  const Vec3& n = normals.diffuse[1](y, x);
-  if (!is_finite(n) || !is_finite(geometry.position_mm(y, x))) return false;
-  return dot(n, geometry.to_projector(y, x)) > kSmallestCosine;
-}
-
-// The label that most of the pixels have, where it is nearly all of them; 0 otherwise.
-int dominant_label(const Burst& burst, const std::vector<cv::Point>& pixels) {
-  std::array<size_t, 256> count{};
-  for (const cv::Point& p : pixels) ++count[burst.regions(p)];
-  const auto most = std::max_element(count.begin(), count.end());
-  if (float(*most) < kLeastShare * float(pixels.size()) || *most < kFewestPixels) return 0;
-  return int(most - count.begin());
-}
-
-std::vector<DotPixels> find_dots(const Burst& burst, const Geometry& geometry,
-                                 const Normals& normals, const DotPattern& pattern) {
-  std::map<std::pair<int, int>, DotPixels> dots;
-  for (int y = 0; y < burst.regions.rows; ++y) {
-    for (int x = y & 1; x < burst.regions.cols; x += 2) {
-      if (!usable(burst, geometry, normals, y, x)) continue;
-      const DotPattern::Place at = pattern.place(geometry.projector_px(y, x));
-      dots[{at.row, at.column}].pixel.push_back({x, y});
-    }
-  }
-  std::vector<DotPixels> found;
-  for (auto& [key, dot] : dots) {
-    dot.label = dominant_label(burst, dot.pixel);
-    if (dot.label) found.push_back(std::move(dot));
-  }
-  return found;
-}
-
-PatternMetric mean_metric(const Burst& burst, const Geometry& geometry, const Normals& normals,
-                          const DotPixels& dot) {
-  PatternMetric sum(0, 0, 0);
-  for (const cv::Point& p : dot.pixel) {
-    sum += metric_of(
-        pattern_gradient(burst.session->projector, geometry.position_mm(p), normals.diffuse[1](p)));
-  }
-  return sum / double(dot.pixel.size());
-}
-
-// DOTS/(FRONT - BLACK) is the share of the kernel's light that comes from lit skin: what the pixel
-// itself reflects, and how it is turned, cancel.
-Dot equations_of(const Burst& burst, const Geometry& geometry, const DotPattern& pattern,
-                 const DotPixels& pixels, const PatternMetric& metric) {
-  Dot dot;
-  dot.label = pixels.label;
-  const BlurredDots table = pattern.blurred(metric);
-  BlurredDots::Sample sample;
-  KernelEquations::Vector row;
-  for (const cv::Point& p : pixels.pixel) {
-    if (burst.regions(p) != dot.label) continue;
-    const DotPattern::Place at = pattern.place(geometry.projector_px(p));
-    table.look_up(at.u, at.v, &sample);
-    for (int j = 0; j < GaussianBasis::kSize; ++j) row(j) = sample[size_t(j)];
-    row(GaussianBasis::kSize) = 1;
-    for (int c = 0; c < 3; ++c) {
-      const float lit = burst.front_lit(p)[c], dark = burst.dots(p)[c], ratio = dark / lit;
-      if (lit < kDarkest) continue;
-      const float variance = (burst.projector_noise.variance(dark) +
-                              ratio * ratio * burst.projector_noise.variance(lit)) /
-                             (lit * lit);
-      dot.equations[size_t(c)].add(row, ratio, 1 / (variance + kModelError * kModelError));
-    }
-  }
-  return dot;
-}
-
-std::vector<Dot> measure_dots(const Burst& burst, const Geometry& geometry,
-                              const Normals& normals) {
-  const DotPattern pattern(burst.session->patterns);
-  const std::vector<DotPixels> found = find_dots(burst, geometry, normals, pattern);
-  std::vector<Dot> dots(found.size());
-  parallel_for(int(found.size()), [&](int i) {
-    const DotPixels& pixels = found[size_t(i)];
-    dots[size_t(i)] = equations_of(burst, geometry, pattern, pixels,
-                                   mean_metric(burst, geometry, normals, pixels));
-  });
-  return dots;
-}
 
 // Leaving out one group of dots after the other.
 double jackknife_stddev(const std::vector<const KernelEquations*>& dots,
@@ -289,7 +187,7 @@ Scattering fit_scattering(const Burst& burst, const Geometry& geometry, const No
     for (const Dot& dot : dots) {
       if (dot.label != i + 1) continue;
       for (size_t c = 0; c < 3; ++c) {
-        if (dot.equations[c].count > double(kFewestPixels) / 4) own[c].push_back(&dot.equations[c]);
+        if (dot.equations[c].count > kFewestSamples) own[c].push_back(&dot.equations[c]);
       }
     }
     if (own[0].empty() || own[1].empty() || own[2].empty()) return;

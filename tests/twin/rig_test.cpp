@@ -95,5 +95,12 @@ TEST(Projector, NeverEmitsLessThanItsBlackOrMoreThanOne) {
   EXPECT_EQ(sample_pattern(even_pattern(rig, 1), {-3, 10})[0], 0.f);
 }
 
+TEST(Rig, StatesTheNoiseThatItsSensorsHave) {
+  const Session quiet = make_rig("head", 0.2), noisy = make_rig("head", 0.2, 3);
+  EXPECT_DOUBLE_EQ(noisy.left.read_noise, 3 * quiet.left.read_noise);
+  EXPECT_DOUBLE_EQ(noisy.right->full_well_electrons, quiet.right->full_well_electrons / 9);
+  EXPECT_EQ(make_rig("head", 0.2, 0).left.full_well_electrons, 0);
+}
+
 }  // namespace
 }  // namespace lamella::twin

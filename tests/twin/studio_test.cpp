@@ -34,14 +34,14 @@ LightState full_light() { return led_state(std::vector<float>(150, 1.f)); }
 double difference(const Image3& a, const Image3& b) { return cv::norm(a - b) / cv::norm(a); }
 
 TEST(Studio, DarkensALatePhotographByTheLightItLost) {
-  Studio studio(small_head(), 0, 1);
+  Studio studio(small_head(), 1);
   const Image3 whole = studio.radiance({0, {{full_light(), 1.0, 0.5}}});
   const Image3 late = studio.radiance({0, {{full_light(), 0.7, 0.35}}});
   EXPECT_LT(difference(whole * 0.7, late), 1e-6);
 }
 
 TEST(Studio, ShowsTheHighlightsOnlyAsFarAsTheAnalyserIsOpen) {
-  Studio studio(small_head(), 0, 1);
+  Studio studio(small_head(), 1);
   const Image3 parallel = studio.radiance({0, {{full_light(), 1.0, 0.5}}});
   const Image3 cross = studio.radiance({0, {{full_light(), 0.0, 0.5}}});
   const Image3 between = studio.radiance({0, {{full_light(), 0.25, 0.5}}});
@@ -50,7 +50,7 @@ TEST(Studio, ShowsTheHighlightsOnlyAsFarAsTheAnalyserIsOpen) {
 }
 
 TEST(Studio, SeesASingleFlippedBitOfTheLeds) {
-  Studio studio(small_head(), 0, 1);
+  Studio studio(small_head(), 1);
   LightState flipped = full_light();
   flipped.codes[40] ^= 0x800;
   const Image3 right = studio.radiance({0, {{full_light(), 0.0, 0.5}}});
@@ -59,7 +59,7 @@ TEST(Studio, SeesASingleFlippedBitOfTheLeds) {
 }
 
 TEST(Studio, PutsTheProjectorsTintIntoItsPhotographs) {
-  Studio studio(small_head(), 0, 1);
+  Studio studio(small_head(), 1);
   const LightState white{.codes = {}, .pattern = v1::PatternSpan::WHITE, .index = 0};
   const Image3 photograph = studio.radiance({0, {{white, 0.0, 0.5}}});
   const Radiance d = small_head().depolarized(
@@ -98,7 +98,7 @@ TEST(Sphere, ShowsEveryRegionFromItsFrontToItsSide) {
 const fs::path& session_folder() {
   static const fs::path folder = [] {
     const fs::path made = fs::temp_directory_path() / ("twin_" + std::to_string(::getpid()));
-    Studio studio(small_head(), 1, 3);
+    Studio studio(small_head(), 3);
     fs::create_directories(made);
     write_session(made, small_head(), &studio);
     write_truth(made / "truth", small_head());
@@ -177,7 +177,7 @@ v1::ExposureReport nominal_report() {
 TEST(Server, SendsThePhotographThatTheSessionHas) {
   const fs::path path =
       fs::temp_directory_path() / ("twin_" + std::to_string(::getpid()) + ".sock");
-  Studio studio(small_head(), 0, 1), same(small_head(), 0, 1);
+  Studio studio(small_head(), 1), same(small_head(), 1);
   std::atomic<bool> stop = false;
   const LocalListener listener(path);
   std::thread server([&] { serve(listener, small_head(), &studio, [&] { return stop.load(); }); });
