@@ -108,15 +108,16 @@ void borrow(const Labels& labels, size_t index, std::vector<RegionScattering>* r
   const auto fitted = [&](size_t i) { return (*regions)[i].dots > 0; };
   double sum = 0;
   for (size_t i = 0; i < regions->size(); ++i) sum += fitted(i) ? weight[i + 1] : 0;
+  const auto all = std::count_if(regions->begin(), regions->end(),
+                                 [](const RegionScattering& r) { return r.dots > 0; });
   RegionScattering taken;
-  taken.deep_why = "no dot of the pattern lies on it: its neighbours' values";
+  taken.deep_why = all > 0 ? "no dot of the pattern lies on it: its neighbours' values"
+                           : "no dot of the pattern could be measured on any region";
   taken.shallow_why = taken.deep_why;
   for (size_t i = 0; i < regions->size(); ++i) {
     if (!fitted(i)) continue;
     const RegionScattering& from = (*regions)[i];
-    const double all = double(
-        std::count_if(regions->begin(), regions->end(), [](const auto& r) { return r.dots > 0; }));
-    const double share = sum > 0 ? weight[i + 1] / sum : 1 / all;
+    const double share = sum > 0 ? weight[i + 1] / sum : 1 / double(all);
     for (size_t c = 0; c < 3; ++c) {
       taken.ld_mm[c] += share * from.ld_mm[c];
       taken.ld_mm_stddev[c] += share * (from.ld_mm_stddev[c] + 0.2 * from.ld_mm[c]);
@@ -141,6 +142,7 @@ Image3 blend_ld(const Burst& burst, const std::vector<RegionScattering>& regions
     for (int x = 0; x < size.width; ++x) {
       if (!burst.regions(y, x)) continue;
       const auto& ld = regions[burst.regions(y, x) - 1u].ld_mm;
+      if (!(ld[0] > 0)) continue;
       sum(y, x) = Vec3(float(ld[0]), float(ld[1]), float(ld[2]));
       weight(y, x) = 1;
     }
@@ -153,7 +155,7 @@ Image3 blend_ld(const Burst& burst, const std::vector<RegionScattering>& regions
   Image3 blended(size, Vec3(kNaN, kNaN, kNaN));
   parallel_for(size.height, [&](int y) {
     for (int x = 0; x < size.width; ++x) {
-      if (burst.regions(y, x)) blended(y, x) = sum(y, x) * (1 / weight(y, x));
+      if (burst.regions(y, x) && weight(y, x) > 0) blended(y, x) = sum(y, x) * (1 / weight(y, x));
     }
   });
   return blended;

@@ -125,6 +125,16 @@ TEST(Dots, RegionWithoutOneBorrowsItsNeighboursAndSaysSo) {
   EXPECT_GT(fit.regions[1].ld_mm_stddev[0], fit.regions[0].ld_mm_stddev[0]);
 }
 
+TEST(Dots, WithoutAnyTheLengthIsUnknownAndSaysWhy) {
+  LitPlane plane = dotted_plane();
+  plane.burst.clipped_projector.setTo(255);
+  const Scattering fit =
+      fit_scattering(plane.burst, plane.geometry, plane.normals, even_separation());
+  EXPECT_FALSE(fit.regions[0].deep_fitted);
+  EXPECT_EQ(fit.regions[0].deep_why, "no dot of the pattern could be measured on any region");
+  EXPECT_TRUE(std::isnan(fit.deep_ld_mm(50, 50)[0]));
+}
+
 TEST(Dots, MapOfAlphaFollowsFromDeepAlbedoByEquationEight) {
   const LitPlane plane = dotted_plane();
   const Scattering fit =
