@@ -83,7 +83,7 @@ void upload_tables(const FaceMaps& face, const v1::Layers& layers, FaceGpu* gpu)
   gpu->transmittance = table_texture(tables.lobes.size(), kCosines, [&](size_t r, int i) {
     return tables.transmittance[r](float(i) / float(kCosines - 1));
   });
-  const cv::Mat4f kernels = kernel_table(typical_alpha(face));
+  const cv::Mat4f kernels = kernel_table(typical_alpha(face), layers);
   gpu->kernel_weights = make_texture({GL_TEXTURE_2D, GL_RGBA32F, GL_RGBA},
                                      {kernels.cols, kernels.rows, 1}, kernels.data);
 }

@@ -1,16 +1,21 @@
 #include "review/layer_tables.h"
 
 #include <algorithm>
+#include <functional>
 #include <opencv2/imgproc.hpp>
 
 #include "base/fill.h"
+#include "base/parallel.h"
 #include "model/dipole.h"
+#include "model/multipole.h"
 
 namespace lamella::review {
 
 namespace {
 
 constexpr double kUnmeasuredWidth = 0.3;  // m: middle of the widths in the paper's section 5
+constexpr double kUsualSlabMm = 0.5;      // thickness of the epidermis in the paper's section 4.2
+constexpr double kLocalSigmaMm = 0.1;     // less than what the picture of the skin resolves
 constexpr int kWeightSidePx = 320;
 constexpr float kBorderBlur = 0.012f;  // share of the width
 
@@ -25,49 +30,93 @@ std::vector<double> radii_mm(double ld_mm) {
   return r;
 }
 
+using Profile = std::function<double(double r_mm)>;
+
+constexpr int kMostShares = int(kGaussianSigmaMm.size()) + 1;
+using Shares = cv::Vec<double, kMostShares>;
+
 // Least squares with no negative share, one share at a time until nothing changes much.
-cv::Vec4d non_negative(const cv::Matx44d& squares, const cv::Vec4d& products) {
-  cv::Vec4d x(0, 0, 0, 0);
+Shares non_negative(const cv::Matx<double, kMostShares, kMostShares>& squares,
+                    const Shares& products) {
+  Shares x = Shares::all(0);
   for (int sweep = 0; sweep < 400; ++sweep) {
-    for (int k = 0; k < 4; ++k) {
+    for (int k = 0; k < kMostShares; ++k) {
+      if (squares(k, k) <= 0) continue;
       double rest = products[k];
-      for (int j = 0; j < 4; ++j) rest -= j == k ? 0.0 : squares(k, j) * x[j];
+      for (int j = 0; j < kMostShares; ++j) rest -= j == k ? 0.0 : squares(k, j) * x[j];
       x[k] = std::max(0.0, rest / squares(k, k));
     }
   }
   return x;
 }
 
-}  // namespace
-
-cv::Vec4f gaussian_shares(double ld_mm, double alpha) {
-  const model::Dipole<double> dipole{alpha, ld_mm};
-  cv::Matx44d squares = cv::Matx44d::zeros();
-  cv::Vec4d products(0, 0, 0, 0);
+// Of the Gaussians, and last of the light that does not spread: none of it where `local_sigma_mm`
+// is 0, else as a Gaussian so narrow. Sum 1, or 0 where the profile has no light.
+Shares shares_of(const Profile& profile, double ld_mm, double local_sigma_mm) {
+  cv::Matx<double, kMostShares, kMostShares> squares = squares.zeros();
+  Shares products = Shares::all(0);
   double total = 0;
   for (double r : radii_mm(ld_mm)) {
     const double area = 2 * M_PI * r * 0.06 * r;  // of the ring, radii being 6 % apart
-    const double wanted = model::dipole_reflectance(dipole, r);
+    const double wanted = std::max(0.0, profile(r));
     total += wanted * area;
-    cv::Vec4d g;
-    for (int k = 0; k < 4; ++k) g[k] = gaussian(r, double(kGaussianSigmaMm[size_t(k)]));
+    Shares g = Shares::all(0);
+    for (int k = 0; k + 1 < kMostShares; ++k) {
+      g[k] = gaussian(r, double(kGaussianSigmaMm[size_t(k)]));
+    }
+    if (local_sigma_mm > 0) g[kMostShares - 1] = gaussian(r, local_sigma_mm);
     // Weighed by r: what a profile adds to the picture is 2 pi r R.
     squares += (g * g.t()) * (area * r);
     products += g * (wanted * area * r);
   }
-  const cv::Vec4d x = non_negative(squares, products / total);
-  const double sum = x[0] + x[1] + x[2] + x[3];
-  return sum > 0 ? cv::Vec4f(x / sum) : cv::Vec4f(1, 0, 0, 0);
+  if (!(total > 0)) return Shares::all(0);
+  const Shares x = non_negative(squares, products / total);
+  const double sum = cv::sum(x)[0];
+  return sum > 0 ? x / sum : Shares::all(0);
 }
 
-cv::Mat4f kernel_table(const Vec3& alpha) {
-  cv::Mat4f table(3, kLdCells);
-  for (int c = 0; c < 3; ++c) {
+cv::Vec4f of_gaussians(const Shares& s) {
+  return {float(s[0]), float(s[1]), float(s[2]), float(s[3])};
+}
+
+}  // namespace
+
+cv::Vec4f gaussian_shares(double ld_mm, double alpha) {
+  const model::Dipole<double> dipole{alpha, ld_mm};
+  const Shares x =
+      shares_of([&](double r) { return model::dipole_reflectance(dipole, r); }, ld_mm, 0);
+  return cv::sum(x)[0] > 0 ? of_gaussians(x) : cv::Vec4f(1, 0, 0, 0);
+}
+
+cv::Vec4f shallow_shares(const v1::ShallowScattering& shallow, int channel) {
+  if (shallow.ld_mm_size() != 3 || shallow.alpha_size() != 3) return {0, 0, 0, 0};
+  const double ld_mm = shallow.ld_mm(channel), alpha = std::min(shallow.alpha(channel), 0.9999);
+  if (!(ld_mm > 0 && alpha > 0)) return {0, 0, 0, 0};
+  const double thickness_mm = shallow.has_thickness_mm() ? shallow.thickness_mm() : kUsualSlabMm;
+  const model::Multipole<double> slab{alpha, ld_mm, thickness_mm};
+  return of_gaussians(shares_of([&](double r) { return model::multipole_reflectance(slab, r); },
+                                ld_mm, kLocalSigmaMm));
+}
+
+cv::Mat4f kernel_table(const Vec3& typical_alpha, const v1::Layers& layers) {
+  const int regions = std::max(1, layers.regions_size());
+  cv::Mat4f table(regions * kKernelRows, kLdCells);
+  parallel_for(table.rows, [&](int row) {
+    const int c = row % 3;
+    const bool is_deep = row % kKernelRows < 3;
+    const v1::Region* region =
+        layers.regions_size() > 0 ? &layers.regions(row / kKernelRows) : nullptr;
+    if (!is_deep) {
+      table.row(row).setTo(region ? shallow_shares(region->shallow(), c) : cv::Vec4f());
+      return;
+    }
+    const bool has_alpha = region && region->deep().alpha_dot_size() == 3;
+    const double alpha = has_alpha ? region->deep().alpha_dot(c) : double(typical_alpha[c]);
     for (int i = 0; i < kLdCells; ++i) {
       const double ld_mm = kLargestLdMm * (i + 0.5) / kLdCells;
-      table(c, i) = gaussian_shares(ld_mm, double(alpha[c]));
+      table(row, i) = gaussian_shares(ld_mm, std::clamp(alpha, 0.01, 0.9999));
     }
-  }
+  });
   return table;
 }
 

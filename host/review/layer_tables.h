@@ -20,8 +20,15 @@ inline constexpr int kLdCells = 96;
 // least squares over the plane. `alpha`: reduced albedo, in (0, 1).
 cv::Vec4f gaussian_shares(double ld_mm, double alpha);
 
-// kLdCells columns, l_d from 0 to kLargestLdMm; a row a channel.
-cv::Mat4f kernel_table(const Vec3& alpha);
+// The same for a shallow layer's multipole, whose narrowest part is left out: what is missing to 1
+// leaves where it enters. All 0 where the layer was not fitted.
+cv::Vec4f shallow_shares(const v1::ShallowScattering& shallow, int channel);
+
+// A region's rows: its deep kernel per channel, then its shallow kernel per channel. kLdCells
+// columns: deep l_d from 0 to kLargestLdMm; a shallow kernel is the same in all of them.
+// `typical_alpha` stands in for a region's alpha_dot.
+inline constexpr int kKernelRows = 6;
+cv::Mat4f kernel_table(const Vec3& typical_alpha, const v1::Layers& layers);
 
 // Median over the face of the reduced albedo, per channel.
 Vec3 typical_alpha(const FaceMaps& face);

@@ -178,6 +178,18 @@ void Renderer::draw_face(const Look& look) {
   resolve(many_samples_, radiance_);
 }
 
+cv::Mat4f Renderer::radiance(const Look& look, cv::Size size) {
+  fit_targets(size);
+  if (!look.plain_map) shade(look);
+  draw_face(look);
+  cv::Mat4f rgba(size);
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, radiance_.framebuffer.id());
+  glPixelStorei(GL_PACK_ALIGNMENT, 4);
+  glReadPixels(0, 0, size.width, size.height, GL_RGBA, GL_FLOAT, rgba.data);
+  cv::flip(rgba, rgba, 0);  // OpenGL's rows go up
+  return rgba;
+}
+
 void Renderer::draw(const Look& look, const Target& target) {
   fit_targets({target.width, target.height});
   if (!look.plain_map) shade(look);

@@ -31,6 +31,10 @@ class Renderer {
   // Shadows, irradiance and diffusion: once for each lighting, whatever the camera does.
   void light(const Lighting& lighting);
 
+  // Linear radiance, as `render` has it, times coverage; in [3] the coverage, 0 to 1. Before any
+  // exposure.
+  cv::Mat4f radiance(const Look& look, cv::Size size);
+
   // Draws into `target` (eight bits, sRGB-encoded).
   void draw(const Look& look, const Target& target);
 

@@ -11,7 +11,7 @@ uniform sampler2D shallow_albedo;
 uniform sampler2D deep_albedo;
 uniform sampler2D deep_ld_mm;
 uniform sampler2D diffused0, diffused1, diffused2, diffused3;
-uniform sampler2D kernel_weights;  // against l_d, a row a channel: share of each Gaussian
+uniform sampler2D kernel_weights;  // against l_d, six rows a region: deep r g b, shallow r g b
 uniform float largest_ld_mm;
 uniform sampler2DArray region_weights;  // four regions a layer
 uniform int region_count;
@@ -58,16 +58,25 @@ vec3 henyey_greenstein(float c) {
   return (1.0 - g * g) / (4.0 * kPi * x * sqrt(x));
 }
 
-vec3 deep_irradiance() {
+// Shares of the four Gaussians; `ld`: in units of the largest.
+vec4 shares_here(int row, float ld) {
+  float rows = float(textureSize(kernel_weights, 0).y);
+  vec4 first = texture(kernel_weights, vec2(ld, (float(6 * regions.x + row) + 0.5) / rows));
+  vec4 second = texture(kernel_weights, vec2(ld, (float(6 * regions.y + row) + 0.5) / rows));
+  return mix(second, first, first_share);
+}
+
+// Light that has spread beneath the surface before it leaves.
+void gather(out vec3 shallow, out vec3 deep, vec3 direct) {
   vec3 ld = texture(deep_ld_mm, uv).rgb / largest_ld_mm;
   vec3 a = texture(diffused0, uv).rgb, b = texture(diffused1, uv).rgb;
   vec3 c = texture(diffused2, uv).rgb, d = texture(diffused3, uv).rgb;
-  vec3 sum;
   for (int k = 0; k < 3; ++k) {
-    vec4 w = texture(kernel_weights, vec2(ld[k], (float(k) + 0.5) / 3.0));
-    sum[k] = dot(w, vec4(a[k], b[k], c[k], d[k]));
+    vec4 spread = vec4(a[k], b[k], c[k], d[k]);
+    deep[k] = dot(shares_here(k, ld[k]), spread);
+    vec4 w = shares_here(3 + k, 0.5);
+    shallow[k] = dot(w, spread) + (1.0 - dot(w, vec4(1.0))) * direct[k];
   }
-  return sum;
 }
 
 void main() {
@@ -84,7 +93,7 @@ void main() {
   }
   vec3 direct = vec3(0.0), single = vec3(0.0), specular = vec3(0.0);
   bool is_lit = gains.x + gains.y + gains.z > 0.0;  // deep light has been gathered before
-  if (is_lit) find_regions();
+  find_regions();
   float v_in = sqrt(1.0 - (1.0 - n_v * n_v) / (kIor * kIor));
   for (int i = 0; is_lit && i < light_count; ++i) {
     vec3 l = light_direction[i];
@@ -107,7 +116,9 @@ void main() {
   vec4 amplitude = texture(single_specular, uv);
   vec3 sum = gains.x * specular * amplitude.a;
   sum += gains.y * single * amplitude.rgb;
-  sum += gains.z * direct * texture(shallow_albedo, uv).rgb;
-  if (gains.w > 0.0) sum += gains.w * deep_irradiance() * texture(deep_albedo, uv).rgb;
+  vec3 shallow, deep;
+  gather(shallow, deep, direct);
+  sum += gains.z * shallow * texture(shallow_albedo, uv).rgb;
+  sum += gains.w * deep * texture(deep_albedo, uv).rgb;
   radiance = vec4(sum, 1.0);
 }
