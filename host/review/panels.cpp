@@ -13,6 +13,8 @@ namespace lamella::review {
 namespace {
 
 constexpr float kFrameGain = 1.5f;
+constexpr float kPanelWidthPx = 360.f, kListHeightPx = 200.f;
+constexpr float kDegrees = 180.f / kPi;  // in a radian
 
 ImTextureID id_of(const Texture& texture) {
   return reinterpret_cast<ImTextureID>(intptr_t(texture.name.id()));
@@ -63,9 +65,10 @@ Panels::Panels(const ReviewRequest& request, const FaceMaps& face) : layers_(req
   const LayerMaps& m = face.maps;
   add_map("total albedo", m.total_albedo, 1);
   add_map("deep albedo", m.deep_albedo, 1);
-  add_map("shallow albedo", m.shallow_albedo, 2);
-  add_map("single scattering", m.single_albedo, 1);
-  if (!m.specular_intensity.empty()) add_map("specular c", grey(m.specular_intensity), 2);
+  add_map("shallow albedo (white: 0.5)", m.shallow_albedo, 2);
+  add_map("single scattering albedo", m.single_albedo, 1);
+  if (!m.specular_intensity.empty())
+    add_map("specular c (white: 0.5)", grey(m.specular_intensity), 2);
   const Vec3 half(0.5f, 0.5f, 0.5f);
   add_map("specular normal", m.normal_specular * 0.5f + cv::Scalar(half[0], half[1], half[2]), 1);
   for (int c = 0; c < 3; ++c) {
@@ -75,9 +78,11 @@ Panels::Panels(const ReviewRequest& request, const FaceMaps& face) : layers_(req
                                  "diffuse normal, blue"};
     add_map(names[c], n * 0.5f + cv::Scalar(half[0], half[1], half[2]), 1);
   }
-  add_map("mean free path, mm / 4", m.deep_ld_mm * 0.25f, 1);
+  add_map("deep mean free path (white: 4 mm)", m.deep_ld_mm * 0.25f, 1);
   for (const auto& [name, confidence] : m.confidence) {
-    add_map("confidence of " + name, grey(confidence), 1);
+    std::string words = name;
+    std::replace(words.begin(), words.end(), '_', ' ');
+    add_map("confidence of " + words, grey(confidence), 1);
   }
   try {
     session_ = read_session(request.session);
@@ -97,10 +102,15 @@ void Panels::add_map(const std::string& name, const Image3& values, float gain) 
 }
 
 void Panels::draw(Look* look, LightState* light) {
-  ImGui::SetNextWindowPos({12, 12}, ImGuiCond_FirstUseEver);
-  ImGui::SetNextWindowSize({340, 0.f}, ImGuiCond_FirstUseEver);
-  ImGui::Begin("Review");
-  draw_layers(look, light);
+  // Docked: what is opened has the whole height, and the face the rest of the width.
+  const ImVec2 screen = ImGui::GetIO().DisplaySize;
+  ImGui::SetNextWindowPos({0, 0});
+  ImGui::SetNextWindowSize({kPanelWidthPx, screen.y});
+  ImGui::Begin("Review", nullptr,
+               ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoTitleBar);
+  look->orbit.shift[0] = std::min(0.5f, kPanelWidthPx / std::max(1.f, screen.x));
+  draw_layers(look);
+  draw_light(look, light);
   if (ImGui::CollapsingHeader("Maps")) draw_maps(look);
   if (ImGui::CollapsingHeader("Lobes and profiles")) draw_regions();
   if (ImGui::CollapsingHeader("Frames")) draw_frames();
@@ -108,25 +118,48 @@ void Panels::draw(Look* look, LightState* light) {
   ImGui::End();
 }
 
-void Panels::draw_layers(Look* look, LightState* light) const {
+void Panels::draw_layers(Look* look) const {
+  ImGui::TextDisabled("LAYERS");
   layer_switch("1  specular reflection", &look->gains.specular);
   layer_switch("2  single scattering", &look->gains.single);
   layer_switch("3  shallow scattering", &look->gains.shallow);
   layer_switch("4  deep scattering", &look->gains.deep);
-  ImGui::SliderFloat("exposure", &look->exposure, 0.1f, 10.f, "%.2f", ImGuiSliderFlags_Logarithmic);
+}
+
+void Panels::draw_light(Look* look, LightState* light) const {
+  ImGui::Spacing();
+  ImGui::TextDisabled("LIGHT");
   const char* const names[] = {"portrait", "front", "side"};
   for (const char* name : names) {
     if (name != names[0]) ImGui::SameLine();
     if (ImGui::Button(name)) *light = {lighting_named(name), true};
   }
+  ImGui::PushItemWidth(0.55f * ImGui::GetWindowWidth());
+  const Vec3 key = unit(light->lighting.key.direction);
+  const float azimuth_deg = std::atan2(key[0], key[2]) * kDegrees;
+  const float elevation_deg = std::asin(key[1]) * kDegrees;
+  float azimuth = azimuth_deg, elevation = elevation_deg;
+  ImGui::SliderFloat("key, around", &azimuth, -180.f, 180.f, "%.0f\u00b0");
+  ImGui::SliderFloat("key, up", &elevation, -85.f, 85.f, "%.0f\u00b0");
+  if (azimuth != azimuth_deg || elevation != elevation_deg) {
+    light->turn_key((azimuth - azimuth_deg) / kDegrees, (elevation - elevation_deg) / kDegrees);
+  }
+  float stops = std::log2(look->exposure);
+  if (ImGui::SliderFloat("exposure", &stops, -3.f, 3.f, "%+.1f stops")) {
+    look->exposure = std::exp2(stops);
+  }
+  ImGui::PopItemWidth();
   ImGui::TextDisabled("drag: camera   right drag: key light\nwheel: distance   1 to 4: layers");
+  ImGui::Spacing();
 }
 
 void Panels::draw_maps(Look* look) {
+  ImGui::BeginChild("maps", {0, kListHeightPx});
   if (ImGui::Selectable("lit", map_on_face_ < 0)) map_on_face_ = -1;
   for (size_t i = 0; i < maps_.size(); ++i) {
     if (ImGui::Selectable(maps_[i].name.c_str(), map_on_face_ == int(i))) map_on_face_ = int(i);
   }
+  ImGui::EndChild();
   look->plain_map = map_on_face_ < 0 ? nullptr : &maps_[size_t(map_on_face_)].on_face;
   if (map_on_face_ >= 0) fitted_image(maps_[size_t(map_on_face_)].flat);
 }
@@ -160,7 +193,7 @@ void Panels::draw_frames() {
     ImGui::TextWrapped("%s", session_problem_.c_str());
     return;
   }
-  ImGui::BeginChild("list", {0, 160});
+  ImGui::BeginChild("list", {0, kListHeightPx});
   for (size_t i = 0; i < session_->frames.size(); ++i) {
     const std::string& file = session_->frames[i].file;
     if (ImGui::Selectable(file.c_str(), frame_ && frame_shown_ == i)) show_frame(i);

@@ -28,7 +28,8 @@ class Panels {
   void draw(Look* look, LightState* light);
 
  private:
-  void draw_layers(Look* look, LightState* light) const;
+  void draw_layers(Look* look) const;
+  void draw_light(Look* look, LightState* light) const;
   void draw_maps(Look* look);
   void draw_regions() const;
   void draw_frames();

@@ -59,6 +59,7 @@ void plot_lobe(const v1::SpecularLobe& lobe) {
                                         f.at(x, std::min(1.0, y + e)), kAxis);
   }
   curve(points, kLine);
+  ImGui::TextDisabled("angle of half vector and normal, 0 to %.0f\u00b0", end * 180 / M_PI);
 }
 
 void plot_profile(const v1::DeepScattering& deep) {
@@ -99,17 +100,24 @@ void plot_timing(const v1::TimingEdges& timing) {
   ImGui::Text("%d edges in %.0f ms, latest %.1f us from its plan", timing.edges_size(),
               end_us / 1000, worst_us);
   const float row_px = ImGui::GetTextLineHeight() * 1.3f;
+  float names_px = 0;
+  for (const auto& [line, index] : row) {
+    names_px = std::max(names_px, ImGui::CalcTextSize(line.c_str()).x);
+  }
   const Frame f = begin_plot(row_px * float(std::max(1, rows)));
   ImDrawList& draw = *ImGui::GetWindowDrawList();
+  const float left = f.corner.x + names_px + 12, width = f.corner.x + f.size.x - 4 - left;
   for (const v1::TimedEdge& e : timing.edges()) {
     const bool is_late = std::abs(e.actual_us() - e.planned_us()) > e.tolerance_us();
-    const float x = f.at(e.actual_us() / end_us, 0).x;
+    const float x = left + width * float(e.actual_us() / end_us);
     const float y = f.corner.y + row_px * float(row[e.line()]);
     draw.AddLine({x, y + 0.15f * row_px}, {x, y + 0.85f * row_px}, is_late ? kChannel[0] : kLine);
   }
   for (const auto& [line, index] : row) {
-    draw.AddText({f.corner.x + 4, f.corner.y + row_px * float(index)}, kChannel[2], line.c_str());
+    draw.AddText({f.corner.x + 4, f.corner.y + row_px * float(index) + 0.15f * row_px}, kChannel[2],
+                 line.c_str());
   }
+  ImGui::TextDisabled("0 to %.0f ms; red: later than its tolerance", end_us / 1000);
 }
 
 }  // namespace lamella::review
