@@ -2,38 +2,93 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <optional>
 
 #include "apps/commands.h"
 #include "apps/report.h"
 #include "export/export.h"
+#include "export/for_view.h"
 #include "io/fit_folder.h"
+#include "io/session.h"
 
 namespace lamella::apps {
 
 namespace {
 
 struct Arguments {
-  fs::path session, fit, out;
+  fs::path session, fit, out, scene;
   exporting::ExportOptions options;
+  bool has_triangles = false, has_texture_px = false;
   bool json = false;
 };
+
+// What was asked for by name wins.
+exporting::ExportOptions options_for(const Arguments& a, const exporting::ViewChoice& choice) {
+  exporting::ExportOptions options = a.options;
+  if (!a.has_triangles) options.triangles = choice.triangles;
+  if (!a.has_texture_px) options.texture_side_px = choice.texture_side_px;
+  return options;
+}
+
+nlohmann::json choice_as_json(const exporting::ViewChoice& choice,
+                              const exporting::ExportOptions& options) {
+  nlohmann::json layers = nlohmann::json::array();
+  for (const exporting::LayerChoice& c : choice.layers) {
+    layers.push_back({{"layer", c.layer},
+                      {"kept", c.is_kept},
+                      {"radius_mm", c.radius_mm},
+                      {"radius_px", c.radius_px},
+                      {"why", c.why}});
+  }
+  return {{"face_px", {choice.face_px.width, choice.face_px.height}},
+          {"px_per_mm", choice.px_per_mm},
+          {"triangles", options.triangles},
+          {"texture_px", options.texture_side_px},
+          {"layers", layers}};
+}
+
+void print_choice(const Arguments& a, const exporting::ViewChoice& choice,
+                  const exporting::ExportOptions& options) {
+  fmt::print(
+      "for {}: the face is {:.0f} x {:.0f} px, {:.2f} px/mm; {} triangles{}, textures of {} "
+      "px{}\n",
+      a.scene.string(), choice.face_px.width, choice.face_px.height, choice.px_per_mm,
+      options.triangles, a.has_triangles ? " as asked" : "", options.texture_side_px,
+      a.has_texture_px ? " as asked" : "");
+  for (const exporting::LayerChoice& c : choice.layers) {
+    fmt::print("  {} {}: light travels up to {:.2f} mm = {:.2f} px; {}\n",
+               c.is_kept ? "kept    " : "left out", c.layer, c.radius_mm, c.radius_px, c.why);
+  }
+}
 
 void run(const Arguments& a) {
   const fs::path folder = a.fit.empty() ? a.session / "fit" : a.fit;
   const FitFolder fit = read_fit_folder(folder);
   const std::string subject = fs::absolute(a.session).lexically_normal().filename().string();
-  const exporting::ExportReport report =
-      exporting::export_face(fit.maps, fit.layers, subject, a.out, a.options);
-  if (a.json) {
-    print_json({{"file", a.out.string()},
-                {"triangles", report.triangles},
-                {"vertices", report.vertices},
-                {"bytes", report.bytes},
-                {"seconds", report.seconds}});
-  } else {
-    fmt::print("wrote {}: {} triangles, {} vertices, {:.2f} MB in {:.2f} s\n", a.out.string(),
-               report.triangles, report.vertices, double(report.bytes) / 1e6, report.seconds);
+  exporting::ExportOptions options = a.options;
+  v1::Layers layers = fit.layers;
+  std::optional<exporting::ViewChoice> choice;
+  if (!a.scene.empty()) {
+    const View view = read_view(a.scene, read_session(a.session).stage.leds().size());
+    choice = exporting::choose_for_view(fit.maps, fit.layers, view, a.scene.string());
+    options = options_for(a, *choice);
+    layers = exporting::kept_layers(fit.layers, *choice);
   }
+  const exporting::ExportReport report =
+      exporting::export_face(fit.maps, layers, subject, a.out, options);
+  if (a.json) {
+    nlohmann::json json = {{"file", a.out.string()},
+                           {"triangles", report.triangles},
+                           {"vertices", report.vertices},
+                           {"bytes", report.bytes},
+                           {"seconds", report.seconds}};
+    if (choice) json["for"] = choice_as_json(*choice, options);
+    print_json(json);
+    return;
+  }
+  if (choice) print_choice(a, *choice, options);
+  fmt::print("wrote {}: {} triangles, {} vertices, {:.2f} MB in {:.2f} s\n", a.out.string(),
+             report.triangles, report.vertices, double(report.bytes) / 1e6, report.seconds);
 }
 
 }  // namespace
@@ -44,13 +99,20 @@ void add_export(CLI::App& app, int*) {
   command->add_option("session", a->session, "Session folder")->required();
   command->add_option("--out", a->out, "The .glb to write")->required();
   command->add_option("--fit", a->fit, "Folder of the fit [SESSION/fit]");
-  command->add_option("--triangles", a->options.triangles, "At most, about")
-      ->check(CLI::Range(100, 2000000));
-  command
-      ->add_option("--texture-px", a->options.texture_side_px, "Longest side of a texture, pixels")
-      ->check(CLI::Range(16, 8192));
+  command->add_option("--for", a->scene,
+                      "View file: only what this camera can show, and a report of it");
+  CLI::Option* triangles =
+      command->add_option("--triangles", a->options.triangles, "At most, about");
+  triangles->check(CLI::Range(100, 2000000));
+  CLI::Option* texture_px = command->add_option("--texture-px", a->options.texture_side_px,
+                                                "Longest side of a texture, pixels");
+  texture_px->check(CLI::Range(16, 8192));
   command->add_flag("--json", a->json, "Report as JSON");
-  command->callback([a] { run(*a); });
+  command->callback([a, triangles, texture_px] {
+    a->has_triangles = triangles->count() > 0;
+    a->has_texture_px = texture_px->count() > 0;
+    run(*a);
+  });
 }
 
 }  // namespace lamella::apps
