@@ -46,6 +46,23 @@ std::string failure(const Act& act) {
   return ::testing::AssertionFailure() << "\"" << line << "\" lacks \"" << part << "\"";
 }
 
+// A rig with such faults whose burst is taken and listed, not yet fetched.
+struct OfferedBurst {
+  FakeRig rig;
+  LinkClient client;
+  std::vector<v1::FrameOffer> offers;
+
+  OfferedBurst(const FakeRigFaults& faults, int photographs)
+      : rig(faults), client(loaded(&rig, photographs), quick()) {
+    offers = client.offers(client.run_burst("sphere"));
+  }
+
+  static std::string loaded(FakeRig* rig, int photographs) {
+    load(rig, photographs);
+    return rig->address();
+  }
+};
+
 TEST(LinkClient, ReceivesEveryPhotographAsItWas) {
   FakeRig rig;
   load(&rig, 3);
@@ -81,12 +98,9 @@ TEST(LinkClient, GoesOnFromTheByteItHadReachedAfterACut) {
   faults.cut_frame = 1;
   faults.cut_at_byte = 2345;
   faults.cut_times = 1;
-  FakeRig rig(faults);
-  load(&rig, 2);
-  LinkClient client(rig.address(), quick());
-  const auto offers = client.offers(client.run_burst("sphere"));
-  EXPECT_EQ(client.photograph(offers[1]), fake_photograph(1, kSize).bytes);
-  EXPECT_EQ(rig.connections(), 2);
+  OfferedBurst burst(faults, 2);
+  EXPECT_EQ(burst.client.photograph(burst.offers[1]), fake_photograph(1, kSize).bytes);
+  EXPECT_EQ(burst.rig.connections(), 2);
 }
 
 TEST(LinkClient, NamesFrameAndByteOfACutThatDoesNotMend) {
@@ -94,55 +108,41 @@ TEST(LinkClient, NamesFrameAndByteOfACutThatDoesNotMend) {
   faults.cut_frame = 1;
   faults.cut_at_byte = 2345;
   faults.cut_times = 1000;
-  FakeRig rig(faults);
-  load(&rig, 2);
-  LinkClient client(rig.address(), quick());
-  const auto offers = client.offers(client.run_burst("sphere"));
-  const std::string line = failure([&] { client.photograph(offers[1]); });
+  OfferedBurst burst(faults, 2);
+  const std::string line = failure([&] { burst.client.photograph(burst.offers[1]); });
   EXPECT_TRUE(says(line, "frame 1 (left STRIPES 1 CROSS) at byte 2345 of 5400"));
   EXPECT_TRUE(says(line, "connection closed"));
-  EXPECT_TRUE(rig.acknowledged().empty());
+  EXPECT_TRUE(burst.rig.acknowledged().empty());
 }
 
 TEST(LinkClient, AsksAgainForADamagedChunk) {
   FakeRigFaults faults;
   faults.damaged_chunks = 1;
-  FakeRig rig(faults);
-  load(&rig, 1);
-  LinkClient client(rig.address(), quick());
-  const auto offers = client.offers(client.run_burst("sphere"));
-  EXPECT_EQ(client.photograph(offers[0]), fake_photograph(0, kSize).bytes);
-  EXPECT_EQ(rig.connections(), 2);
+  OfferedBurst burst(faults, 1);
+  EXPECT_EQ(burst.client.photograph(burst.offers[0]), fake_photograph(0, kSize).bytes);
+  EXPECT_EQ(burst.rig.connections(), 2);
 }
 
 TEST(LinkClient, AsksAgainForAChunkOutOfSequence) {
   FakeRigFaults faults;
   faults.chunks_out_of_sequence = 1;
-  FakeRig rig(faults);
-  load(&rig, 1);
-  LinkClient client(rig.address(), quick());
-  const auto offers = client.offers(client.run_burst("sphere"));
-  EXPECT_EQ(client.photograph(offers[0]), fake_photograph(0, kSize).bytes);
+  OfferedBurst burst(faults, 1);
+  EXPECT_EQ(burst.client.photograph(burst.offers[0]), fake_photograph(0, kSize).bytes);
 }
 
 TEST(LinkClient, NeverAllocatesWhatAnOverlongLengthAnnounces) {
   FakeRigFaults faults;
   faults.overlong_lengths = 100;
-  FakeRig rig(faults);
-  load(&rig, 1);
-  LinkClient client(rig.address(), quick());
-  const auto offers = client.offers(client.run_burst("sphere"));
-  EXPECT_TRUE(says(failure([&] { client.photograph(offers[0]); }), "over the limit of 65536"));
+  OfferedBurst burst(faults, 1);
+  EXPECT_TRUE(
+      says(failure([&] { burst.client.photograph(burst.offers[0]); }), "over the limit of 65536"));
 }
 
 TEST(LinkClient, RefusesAPhotographWhoseOwnCrcDisagrees) {
   FakeRigFaults faults;
   faults.wrong_frame_crc = true;
-  FakeRig rig(faults);
-  load(&rig, 1);
-  LinkClient client(rig.address(), quick());
-  const auto offers = client.offers(client.run_burst("sphere"));
-  EXPECT_TRUE(says(failure([&] { client.photograph(offers[0]); }), "another CRC32C"));
+  OfferedBurst burst(faults, 1);
+  EXPECT_TRUE(says(failure([&] { burst.client.photograph(burst.offers[0]); }), "another CRC32C"));
 }
 
 TEST(LinkClient, SaysWhereNoRigAnswers) {
