@@ -29,9 +29,9 @@ void add_softbox(const Softbox& box, std::vector<DistantLight>* lights) {
 
 Lighting portrait_lighting() {
   Lighting l;
-  l.key = {{0.66f, 0.52f, 0.68f}, {1.00f, 0.96f, 0.91f}, 0.16f, 7};
+  l.key = {{0.62f, 0.50f, 0.72f}, {1.06f, 0.99f, 0.90f}, 0.20f, 7};
   l.fill = {{-0.80f, 0.02f, 0.65f}, {0.075f, 0.080f, 0.090f}, 0.40f, 5};
-  l.left_rim = {{-0.92f, 0.28f, -0.38f}, {0.62f, 0.67f, 0.75f}, 0.14f, 3};
+  l.left_rim = {{-0.80f, 0.42f, -0.62f}, {0.95f, 1.02f, 1.15f}, 0.14f, 3};
   l.right_rim = {{0.95f, 0.20f, -0.50f}, {0.25f, 0.28f, 0.33f}, 0.12f, 2};
   l.dome = {{0.0f, 0.6f, 0.8f}, {0.075f, 0.078f, 0.086f}, 1.05f, 7};
   return l;

@@ -46,7 +46,7 @@ void write_screenshot(const ReviewRequest& request, const fs::path& png) {
   sheet.look.exposure = request.exposure;
   const cv::Mat3b picture = draw_sheet(&renderer, window.fonts(), request.layers, sheet);
   std::vector<uchar> bytes;
-  cv::imencode(".png", picture, bytes, {cv::IMWRITE_PNG_COMPRESSION, 6});
+  cv::imencode(".png", picture, bytes, {cv::IMWRITE_PNG_COMPRESSION, 9});
   write_whole_text(png, std::string(bytes.begin(), bytes.end()));
 }
 

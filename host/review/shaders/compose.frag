@@ -22,8 +22,10 @@ float dither(vec2 p) { return fract(52.9829189 * fract(dot(p, vec2(0.06711056, 0
 void main() {
   vec2 from_light = (uv - vec2(0.5, 0.56)) * vec2(1.15, 1.0);
   float glow = exp(-3.5 * dot(from_light, from_light));
-  vec3 backdrop = mix(vec3(0.0060, 0.0063, 0.0070), vec3(0.030, 0.031, 0.033), glow * vignette);
+  float backdrop = mix(0.0055, 0.034, glow * vignette);
   vec4 face = texture(radiance, uv);
   vec3 linear = backdrop * (1.0 - face.a) + shoulder(face.rgb * exposure);
-  colour = vec4(srgb(clamp(linear, 0.0, 1.0)) + dither(gl_FragCoord.xy) / 255.0, 1.0);
+  // The same step for all channels, then whole steps of a cool tint: a picture of it packs well.
+  vec3 tint = vec3(0.0, 1.0, 3.0) + dither(gl_FragCoord.xy);
+  colour = vec4(srgb(clamp(linear, 0.0, 1.0)) + tint * (1.0 - face.a) / 255.0, 1.0);
 }
