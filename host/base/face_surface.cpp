@@ -23,6 +23,7 @@ constexpr float kTearSlope = 8.f;     // neighbours this many times further apar
 constexpr float kGrazingSlope = 4.f;  // seen so obliquely that an outline there frays in depth
 constexpr float kCutReach = 1.5f;     // pixels beside a tear that a cut takes away
 constexpr float kTornReach = 2.f;     // pixels beside a tear that see a little of both sides
+constexpr float kSliver = 2.f;        // pixels: half the width of what is too narrow to believe
 constexpr int kBorderRoom = 12;       // pixels around the face
 constexpr int kBorderSmoothing = 6;   // passes over the outline in space
 
@@ -124,7 +125,9 @@ FaceOutline outline_face(const Image3& position_mm, const Mask& known) {
   FaceOutline outline;
   outline.box = part + box.tl();
   outline.inside_px = distance(part).clone();
-  outline.torn = grown(torn, kTornReach)(part).clone();
+  // Slivers between unknown pixels saw both sides of an edge too.
+  const Mask slivers = k & ~opened(k, kSliver);
+  outline.torn = grown(torn | slivers, kTornReach)(part).clone();
   return outline;
 }
 

@@ -59,6 +59,16 @@ TEST(FaceSurface, IsCutOpenWhereDepthJumpsAcrossIt) {
   EXPECT_LT(longest_edge(mesh), 20.f);
 }
 
+TEST(FaceSurface, DoesNotBelieveSliversBetweenUnknownPixels) {
+  Image3 position_mm;
+  Mask known;
+  plane(&position_mm, &known);
+  for (int x = 96; x < 108; x += 3) known(cv::Rect(x, 90, 2, 20)).setTo(0);  // one in three is left
+  const FaceOutline outline = outline_face(position_mm, known);
+  EXPECT_EQ(outline.torn(100 - outline.box.y, 101 - outline.box.x), 255);
+  EXPECT_EQ(outline.torn(100 - outline.box.y, 60 - outline.box.x), 0);
+}
+
 TEST(FaceSurface, HasTrianglesThatFaceTheCamera) {
   Image3 position_mm;
   Mask known;
