@@ -5,11 +5,13 @@
 #include <optional>
 
 #include "apps/commands.h"
+#include "apps/process_interrupt.h"
 #include "apps/report.h"
 #include "export/export.h"
 #include "export/for_view.h"
 #include "io/fit_folder.h"
 #include "io/session.h"
+#include "io/whole_file.h"
 
 namespace lamella::apps {
 
@@ -62,9 +64,12 @@ void print_choice(const Arguments& a, const exporting::ViewChoice& choice,
 }
 
 void run(const Arguments& a) {
+  require_file_place(a.out);
+  abandon_outputs_on_interrupt();
   const fs::path folder = a.fit.empty() ? a.session / "fit" : a.fit;
   const FitFolder fit = read_fit_folder(folder);
-  const std::string subject = fs::absolute(a.session).lexically_normal().filename().string();
+  const std::string subject =
+      printable(fs::absolute(a.session).lexically_normal().filename().string());
   exporting::ExportOptions options = a.options;
   v1::Layers layers = fit.layers;
   std::optional<exporting::ViewChoice> choice;
@@ -77,11 +82,11 @@ void run(const Arguments& a) {
   const exporting::ExportReport report =
       exporting::export_face(fit.maps, layers, subject, a.out, options);
   if (a.json) {
-    nlohmann::json json = {{"file", a.out.string()},
-                           {"triangles", report.triangles},
-                           {"vertices", report.vertices},
-                           {"bytes", report.bytes},
-                           {"seconds", report.seconds}};
+    nlohmann::ordered_json json = {{"file", a.out.string()},
+                                   {"triangles", report.triangles},
+                                   {"vertices", report.vertices},
+                                   {"bytes", report.bytes},
+                                   {"seconds", report.seconds}};
     if (choice) json["for"] = choice_as_json(*choice, options);
     print_json(json);
     return;

@@ -6,6 +6,8 @@
 #include <memory>
 
 #include "apps/commands.h"
+#include "apps/process_interrupt.h"
+#include "base/error.h"
 #include "base/progress.h"
 #include "export/export.h"
 #include "fit/layers.h"
@@ -56,11 +58,16 @@ bool warn_of_poor_data(const SessionCheck& check) {
 
 int run_fit(const FitArguments& args) {
   const Stopwatch watch;
+  abandon_outputs_on_interrupt();
   const Session session = read_session(args.session);
   for (const std::string& warning : session.warnings) {
     fmt::print(stderr, "lamella: warning: {}\n", warning);
   }
   const fs::path out = args.out.empty() ? session.path / "fit" : fs::path(args.out);
+  if (fs::exists(out / "kernels.npz")) {
+    throw_bad_input(out.string(), "is the truth about a subject, not a fit",
+                    "choose another place");
+  }
   WholeFolder folder(out, "layers.json");
   fit::LayeredFit fit = fit::fit_layers(session, fit::step_from_name(args.until));
   const Stopwatch write_watch;

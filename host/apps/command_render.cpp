@@ -4,8 +4,10 @@
 #include <memory>
 
 #include "apps/commands.h"
+#include "apps/process_interrupt.h"
 #include "apps/report.h"
 #include "base/progress.h"
+#include "io/whole_file.h"
 #include "render/render.h"
 
 namespace lamella::apps {
@@ -21,6 +23,8 @@ void run_render(const RenderArguments& arguments) {
   const fs::path fit =
       arguments.fit.empty() ? fs::path(arguments.session) / "fit" : fs::path(arguments.fit);
   const Stopwatch watch;
+  require_file_place(arguments.out);
+  abandon_outputs_on_interrupt();
   const render::Subject subject = render::load_subject(arguments.session, fit);
   const View view = read_view(arguments.view, subject.stage.leds().size());
   const Image3 image = render::render_view(subject, view);

@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "io/fit_folder.h"
 #include "io/session.h"
+#include "io/whole_file.h"
 #include "review/display.h"
 #include "review/review.h"
 
@@ -43,6 +44,7 @@ void run(const Arguments& a) {
   request.azimuth_rad = float(a.azimuth_deg * M_PI / 180);
   request.elevation_rad = float(a.elevation_deg * M_PI / 180);
   request.exposure = a.exposure;
+  if (!a.screenshot.empty()) require_file_place(a.screenshot);
   if (!a.screenshot.empty()) review::ensure_display();
   FitFolder fit = read_fit_folder(request.fit);
   request.maps = std::move(fit.maps);

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "apps/commands.h"
+#include "apps/process_interrupt.h"
 #include "apps/report.h"
 #include "base/error.h"
 #include "base/progress.h"
@@ -41,7 +42,7 @@ void check(const TwinArguments& a) {
 
 void write_whole_session(const TwinArguments& a, const twin::Photographer& photographer,
                          twin::Studio* studio) {
-  WholeFolder session(a.out);
+  WholeFolder session(a.out, "session.json");
   twin::write_session(session.path(), photographer, studio);
   twin::write_truth(session.path() / "truth", photographer);
   fs::copy_file(session.path() / "truth" / "regions.png", session.path() / "regions.png");
@@ -70,6 +71,7 @@ void write_calibration(const fs::path& file, Session rig) {
 void run_twin(const TwinArguments& a) {
   check(a);
   const Stopwatch clock;
+  if (a.socket.empty()) abandon_outputs_on_interrupt();
   std::unique_ptr<twin::LocalListener> listener;
   if (!a.socket.empty()) {
     std::signal(SIGTERM, ask_to_stop);
@@ -88,7 +90,7 @@ void run_twin(const TwinArguments& a) {
     std::fflush(stdout);
   }
   if (!a.truth_out.empty()) {  // connections wait meanwhile
-    WholeFolder truth(a.truth_out);
+    WholeFolder truth(a.truth_out, "layers.json");
     twin::write_truth(truth.path(), photographer);
     truth.commit();
   }

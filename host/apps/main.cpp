@@ -2,6 +2,7 @@
 #include <google/protobuf/stubs/logging.h>
 
 #include <cstdio>
+#include <filesystem>
 
 #include "apps/commands.h"
 #include "base/error.h"
@@ -34,6 +35,9 @@ int main(int argc, char** argv) {
   } catch (const Error& e) {
     std::fprintf(stderr, "lamella: %s\n", e.what());
     return e.fault() == Fault::kBadInput ? 2 : 3;
+  } catch (const std::filesystem::filesystem_error& e) {
+    std::fprintf(stderr, "lamella: %s: %s\n", e.path1().c_str(), e.code().message().c_str());
+    return 2;
   } catch (const std::exception& e) {
     std::fprintf(stderr, "lamella: internal error: %s\n", e.what());
     return 2;

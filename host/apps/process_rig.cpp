@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <chrono>
+#include <thread>
+
 #include "base/error.h"
 #include "base/progress.h"
 #include "twin/rig.h"
@@ -62,8 +65,12 @@ SimulatedRig::SimulatedRig(const SimulatedRigOptions& options) {
 }
 
 std::string SimulatedRig::last_words() {
-  for (ChildProcess* child : {twin_.get(), firmware_.get()}) {
-    if (child->has_ended()) return child->last_words();
+  constexpr int kLooks = 100;  // one that fell silent may take a second to end
+  for (int i = 0; i < kLooks; ++i) {
+    for (ChildProcess* child : {twin_.get(), firmware_.get()}) {
+      if (child->has_ended()) return child->last_words();
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
   return "";
 }

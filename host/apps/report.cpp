@@ -11,6 +11,11 @@ void print_json(const nlohmann::ordered_json& report) {
   fmt::print("{}\n", report.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
 }
 
+std::string printable(const std::string& text) {
+  using nlohmann::json;
+  return json::parse(json(text).dump(-1, ' ', false, json::error_handler_t::replace));
+}
+
 CLI::Validator whole_number() {
   return CLI::Validator(
       [](const std::string& text) -> std::string {

@@ -3,11 +3,15 @@
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
+#include <string>
 
 namespace lamella::apps {
 
 // Prints `report` on standard output; a file name that is no UTF-8 is made printable.
 void print_json(const nlohmann::ordered_json& report);
+
+// `text` as UTF-8: bytes that are none are replaced.
+std::string printable(const std::string& text);
 
 // A whole number from 0 to 2^64 - 1; CLI11 alone takes "-1" for the largest of them.
 CLI::Validator whole_number();

@@ -27,6 +27,7 @@ constexpr double kLeastContrast = 0.15;
 constexpr double kMostAboveFull = 0.01;
 constexpr size_t kLeastPixels = 100;
 
+constexpr double kHopeless = 0.5;     // of any share that should be next to nothing
 constexpr double kLeastLight = 1e-3;  // of a white surface: under it nothing was lit
 constexpr double kLeastShare = 0.02;  // of the full light: no pattern has as little
 
@@ -69,7 +70,8 @@ class BurstChecker {
   }
 
   void share(const std::string& name, double figure, double most, const std::string& of) {
-    const Grade grade = figure <= most ? Grade::kGood : Grade::kPoor;
+    Grade grade = figure <= most ? Grade::kGood : Grade::kPoor;
+    if (figure > kHopeless) grade = Grade::kUnusable;
     lines_.push_back({grade, name,
                       fmt::format("{:.2f} % {}, at most {:g} %", 100 * figure, of, 100 * most),
                       100 * figure, "%", 100 * most});

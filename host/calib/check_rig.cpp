@@ -15,6 +15,10 @@ namespace {
 // one the error is some fifty times that of a pixel, under the second nothing is left of it.
 constexpr double kLeastAngle_deg = 1;
 constexpr double kNoAngle_deg = 0.05;
+// No camera that photographs a face is nearer or further, or sees wider or narrower (fx over
+// width).
+constexpr double kNearest_mm = 50, kFurthest_mm = 20000;
+constexpr double kWidest = 0.2, kNarrowest = 100;
 constexpr size_t kLeastLeds = 4;  // three axes and a constant
 // Least share of the light's directions that lies along any axis; a third where they are even.
 constexpr double kLeastSpread = 0.05;
@@ -77,10 +81,39 @@ CheckLine leds(const Session& s) {
   return line;
 }
 
+// What keeps a camera from seeing the subject, which sits at the origin; empty where nothing does.
+std::string blindness(const Camera& c) {
+  const double distance_mm = cv::norm(c.centre_mm());
+  if (!(distance_mm > kNearest_mm && distance_mm < kFurthest_mm)) {
+    return fmt::format("is {:g} mm from the subject", distance_mm);
+  }
+  if (!(c.fx > kWidest * c.width && c.fx < kNarrowest * c.width)) {
+    return fmt::format("has fx {:g} pixels for {} of width", c.fx, c.width);
+  }
+  const cv::Vec2d origin = c.project({0, 0, 0});
+  const bool inside = origin[0] > -c.width && origin[0] < 2 * c.width && origin[1] > -c.height &&
+                      origin[1] < 2 * c.height;
+  if (!inside) return "looks away from the subject";
+  const Vec3d corner_mm = c.centre_mm() + c.ray(0, 0) * distance_mm;
+  if (!(cv::norm(c.project(corner_mm)) < 1)) return "has a distortion that cannot be undone";
+  return "";
+}
+
+CheckLine views(const Session& s) {
+  std::vector<std::pair<std::string, const Camera*>> all{{"left camera", &s.left},
+                                                         {"projector", &s.projector}};
+  if (has_right_geometry(s)) all.emplace_back("right camera", &*s.right);
+  for (const auto& [name, camera] : all) {
+    const std::string why = blindness(*camera);
+    if (!why.empty()) return {Grade::kUnusable, "views", "the " + name + " " + why, 0, "", 0};
+  }
+  return {Grade::kGood, "views", "cameras and projector see the subject's place", 0, "", 0};
+}
+
 }  // namespace
 
 std::vector<CheckLine> check_rig(const Session& session) {
-  return {baseline(session), leds(session)};
+  return {views(session), baseline(session), leds(session)};
 }
 
 }  // namespace lamella

@@ -141,6 +141,10 @@ json parsed(const std::string& text, const std::string& where) {
 
 std::vector<std::string> parse_json(const std::string& text, const std::string& where,
                                     google::protobuf::Message* message, NonFinite non_finite) {
+  const std::string byte_order_mark = "\xef\xbb\xbf";  // which some editors put before UTF-8
+  if (text.starts_with(byte_order_mark)) {
+    return parse_json(text.substr(byte_order_mark.size()), where, message, non_finite);
+  }
   Comparison comparison(where, non_finite);
   comparison.message(parsed(text, where), message->GetDescriptor(), "");
   google::protobuf::util::JsonParseOptions options;

@@ -6,6 +6,8 @@
 #include <atomic>
 #include <fstream>
 #include <iterator>
+#include <mutex>
+#include <vector>
 
 #include "base/error.h"
 
@@ -44,6 +46,33 @@ void remove_folders(fs::path folder, const fs::path& first) {
   while (fs::remove(folder, failed) && folder != first) folder = folder.parent_path();
 }
 
+struct Begun {
+  fs::path temporary;
+  fs::path first_made;  // outermost folder made for it; empty: none
+};
+
+std::mutex& outputs_lock() {
+  static std::mutex mutex;
+  return mutex;
+}
+
+std::vector<Begun>& begun_outputs() {
+  static std::vector<Begun> begun;
+  return begun;
+}
+
+// Makes `parent` and those above it; returns the outermost that was not there, or nothing.
+fs::path begin_output(const fs::path& temporary, const fs::path& parent) {
+  const std::lock_guard lock(outputs_lock());
+  begun_outputs().push_back({temporary, make_folders(parent)});
+  return begun_outputs().back().first_made;
+}
+
+// With the lock held.
+void forget_output(const fs::path& temporary) {
+  std::erase_if(begun_outputs(), [&](const Begun& b) { return b.temporary == temporary; });
+}
+
 [[noreturn]] void cannot_write(const fs::path& path, const std::string& why) {
   throw_bad_input(path.string(), "cannot be written (" + why + ")",
                   "check the folder and the space on its disk");
@@ -60,14 +89,36 @@ void require_replaceable(const fs::path& place, const std::string& marker) {
 
 }  // namespace
 
+void require_file_place(const fs::path& path) {
+  if (!path.has_filename()) throw_bad_input("\"" + path.string() + "\"", "is no name of a file");
+  if (fs::is_directory(path)) throw_bad_input(path.string(), "is a folder", "give a file");
+}
+
+void abandon_outputs() {
+  outputs_lock().lock();  // never to be unlocked
+  std::error_code failed;
+  // Threads that still write into a folder may put something into it while it is being removed.
+  for (const Begun& output : begun_outputs()) {
+    for (int i = 0; i < 100 && fs::exists(output.temporary, failed); ++i) {
+      fs::remove_all(output.temporary, failed);
+    }
+    remove_folders(output.temporary.parent_path(), output.first_made);
+  }
+}
+
 void write_whole_file(const fs::path& path, const std::function<void(const fs::path&)>& write) {
+  require_file_place(path);
   const fs::path temporary = beside(path);
   fs::path first_made;
   try {
-    first_made = make_folders(path.parent_path());
+    first_made = begin_output(temporary, path.parent_path());
     write(temporary);
+    const std::lock_guard lock(outputs_lock());
     fs::rename(temporary, path);
+    forget_output(temporary);
   } catch (const std::exception& e) {
+    const std::lock_guard lock(outputs_lock());
+    forget_output(temporary);
     std::error_code ignored;
     fs::remove(temporary, ignored);
     remove_folders(path.parent_path(), first_made);
@@ -87,11 +138,14 @@ void write_whole_text(const fs::path& path, const std::string& text) {
 
 WholeFolder::WholeFolder(fs::path place, const std::string& marker)
     : place_(without_slash(place)), temporary_(beside(place_)) {
+  if (place_.empty()) throw_bad_input("\"\"", "is no name of a folder");
   require_replaceable(place_, marker);
   try {
-    first_made_ = make_folders(place_.parent_path());
+    first_made_ = begin_output(temporary_, place_.parent_path());
     fs::create_directory(temporary_);
   } catch (const std::exception& e) {
+    const std::lock_guard lock(outputs_lock());
+    forget_output(temporary_);
     remove_folders(place_.parent_path(), first_made_);
     cannot_write(place_, e.what());
   }
@@ -99,12 +153,15 @@ WholeFolder::WholeFolder(fs::path place, const std::string& marker)
 
 WholeFolder::~WholeFolder() {
   if (committed_) return;
+  const std::lock_guard lock(outputs_lock());
+  forget_output(temporary_);
   std::error_code ignored;
   fs::remove_all(temporary_, ignored);
   remove_folders(place_.parent_path(), first_made_);
 }
 
 void WholeFolder::commit() {
+  const std::lock_guard lock(outputs_lock());
   std::error_code failed;
   const fs::path old = beside(place_);
   const bool replaces = fs::exists(place_);
@@ -116,6 +173,7 @@ void WholeFolder::commit() {
     throw_bad_input(place_.string(), "cannot be replaced (" + failed.message() + ")");
   }
   committed_ = true;
+  forget_output(temporary_);
   if (replaces) fs::remove_all(old, failed);
 }
 

@@ -35,6 +35,14 @@ class WholeFolder {
   bool committed_ = false;
 };
 
+// Throws Error where no file can be put at `path`: it has no name, or is a folder. For commands
+// that work long before they write.
+void require_file_place(const fs::path& path);
+
+// Removes every output that is begun and not yet in its place. Whoever writes one waits from then
+// on for ever: for a program that is about to end, on ^C, and leaves nothing half-written.
+void abandon_outputs();
+
 // Returns when what was written to the disk that holds `path` is really on it.
 void sync_to_disk(const fs::path& path);
 

@@ -206,6 +206,28 @@ TEST_F(Command, NeverReplacesAFolderThatIsNoFit) {
   EXPECT_TRUE(fs::exists(at("letters/dear.txt")));
 }
 
+TEST_F(Command, NeverLetsTheTwinReplaceAFolderThatIsNoSession) {
+  fs::create_directory(at("letters"));
+  std::ofstream(at("letters/dear.txt")) << "dear";
+  refused({"twin", "--subject", "sphere", "--scale", "0.1", "--out", in("letters")}, 2,
+          {"letters", "not replaced"});
+}
+
+TEST_F(Command, NeverReplacesTheTruthByAFit) {
+  testing::write_fake_session(at("session"));
+  fs::create_directory(at("session/truth"));
+  for (const char* file : {"layers.json", "kernels.npz"}) std::ofstream(at("session/truth") / file);
+  refused({"fit", in("session"), "--out", in("session/truth")}, 2, {"session/truth", "the truth"});
+}
+
+TEST_F(Command, NamesALinkThatLeadsToItself) {
+  fs::create_symlink(at("loop"), at("loop"));
+  for (const char* command : {"check", "fit"}) {
+    refused({command, in("loop")}, 2, {in("loop"), "symbolic links"});
+    EXPECT_EQ(run_lamella({command, in("loop")}).err.find("internal"), std::string::npos);
+  }
+}
+
 TEST_F(Command, SaysThatNoRigAnswers) {
   std::string address;
   { address = testing::FakeRig().address(); }

@@ -74,6 +74,21 @@ TEST_F(FittedSession, IsReportedAsJsonToAProgram) {
   }
 }
 
+TEST_F(FittedSession, IsExportedUnderANameThatIsNoText) {
+  const fs::path named = at("b\xff");
+  fs::rename(session(), named);
+  const Outcome outcome = run_lamella({"export", named, "--out", at("face.glb"), "--json"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_TRUE(fs::exists(at("face.glb")));
+}
+
+TEST_F(FittedSession, IsNotRenderedOntoAFolder) {
+  const Outcome outcome = run_lamella(
+      {"render", session(), "--view", at("view.json"), "--out", scratch_.path().string()});
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.err.find("is a folder"), std::string::npos) << outcome.err;
+}
+
 TEST_F(FittedSession, IsRenderedWhereTheSessionNamesNoRegions) {
   v1::Session manifest;
   read_json(session() / "session.json", &manifest);

@@ -134,6 +134,31 @@ TEST_F(Check, FindsAProjectorAtThePlaceOfTheOnlyCamera) {
   EXPECT_EQ(grade_of("baseline"), Grade::kUnusable);
 }
 
+TEST_F(Check, FindsACameraThatCannotSeeTheSubject) {
+  using Spoil = std::function<void(v1::Camera*)>;
+  const Spoil cases[] = {
+      [](v1::Camera* c) { c->set_fx(1e-3); },
+      [](v1::Camera* c) { c->set_cx(1e8); },
+      [](v1::Camera* c) { c->set_translation_mm(2, 1e9); },
+      [](v1::Camera* c) { c->set_translation_mm(2, -1000); },
+      [](v1::Camera* c) { c->set_distortion(0, -1e6); },
+  };
+  const v1::Camera good = testing::fake_calibration(testing::kFakeSize).rig().cameras(0);
+  EXPECT_EQ(grade_of("views"), Grade::kGood);
+  for (const Spoil& spoil : cases) {
+    change_rig([&](v1::Rig* rig) {
+      *rig->mutable_cameras(0) = good;
+      spoil(rig->mutable_cameras(0));
+    });
+    EXPECT_EQ(grade_of("views"), Grade::kUnusable);
+  }
+}
+
+TEST_F(Check, GivesUpWhereMostOfTheSubjectIsClipped) {
+  change_rig([](v1::Rig* rig) { rig->mutable_cameras(0)->set_saturation(1e-6); });
+  EXPECT_EQ(grade_of("clipped, LEDs"), Grade::kUnusable);
+}
+
 TEST_F(Check, FindsTooFewLeds) {
   change_rig([](v1::Rig* rig) { rig->mutable_leds()->DeleteSubrange(3, rig->leds_size() - 3); });
   EXPECT_EQ(grade_of("LEDs"), Grade::kUnusable);

@@ -91,5 +91,11 @@ TEST(Json, WritesDefaultsWhenAskedTo) {
   EXPECT_NE(to_json(frame, Defaults::kWritten).find("trigger_us"), std::string::npos);
 }
 
+TEST(Json, MayBeginWithAByteOrderMark) {
+  v1::Session parsed;
+  parse_json("\xef\xbb\xbf{\"subject\": \"ada\"}", "session.json", &parsed);
+  EXPECT_EQ(parsed.subject(), "ada");
+}
+
 }  // namespace
 }  // namespace lamella

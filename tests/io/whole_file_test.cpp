@@ -114,5 +114,12 @@ TEST(ReadText, SaysWhichFileCannotBeRead) {
   EXPECT_TRUE(names(complaint([&] { read_text(scratch.path() / "long.txt", 99); }), {"long.txt"}));
 }
 
+TEST(FilePlace, IsNoFolderAndHasAName) {
+  const ScratchFolder scratch;
+  EXPECT_THROW(require_file_place(scratch.path()), Error);
+  EXPECT_THROW(require_file_place(""), Error);
+  EXPECT_NO_THROW(require_file_place(scratch.path() / "new" / "file.exr"));
+}
+
 }  // namespace
 }  // namespace lamella

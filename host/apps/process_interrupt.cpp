@@ -1,0 +1,27 @@
+#include "apps/process_interrupt.h"
+
+#include <pthread.h>
+
+#include <csignal>
+#include <thread>
+
+#include "io/whole_file.h"
+
+namespace lamella::apps {
+
+void abandon_outputs_on_interrupt() {
+  sigset_t awaited;
+  sigemptyset(&awaited);
+  for (int number : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&awaited, number);
+  pthread_sigmask(SIG_BLOCK, &awaited, nullptr);  // threads to come inherit it
+  std::thread([awaited] {
+    int number = 0;
+    sigwait(&awaited, &number);
+    abandon_outputs();
+    std::signal(number, SIG_DFL);
+    pthread_sigmask(SIG_UNBLOCK, &awaited, nullptr);
+    raise(number);
+  }).detach();
+}
+
+}  // namespace lamella::apps

@@ -1,0 +1,44 @@
+// ^C in the middle of long work leaves nothing half-written.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <fstream>
+
+#include "apps/process_interrupt.h"
+#include "io/fake_session.h"
+#include "io/whole_file.h"
+
+namespace lamella::apps {
+namespace {
+
+// What a child leaves in `folder` that is interrupted while it writes a folder and a file.
+int interrupted_while_writing(const fs::path& folder, int signal_number) {
+  const pid_t child = fork();
+  if (child == 0) {
+    abandon_outputs_on_interrupt();
+    const WholeFolder fit(folder / "deep" / "fit", "layers.json");
+    std::ofstream(fit.path() / "position.exr") << "half";
+    write_whole_file(folder / "image.exr", [&](const fs::path& temporary) {
+      std::ofstream(temporary) << "half";
+      kill(getpid(), signal_number);
+      pause();
+    });
+    _exit(0);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  return WIFSIGNALED(status) ? WTERMSIG(status) : 0;
+}
+
+TEST(Interrupt, EndsTheProgramAsItWouldHaveAndLeavesNothingHalfWritten) {
+  for (int signal_number : {SIGINT, SIGTERM, SIGHUP}) {
+    const testing::ScratchFolder scratch;
+    EXPECT_EQ(interrupted_while_writing(scratch.path(), signal_number), signal_number);
+    EXPECT_TRUE(scratch.contents().empty());
+  }
+}
+
+}  // namespace
+}  // namespace lamella::apps
