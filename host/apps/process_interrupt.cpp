@@ -12,7 +12,11 @@ namespace lamella::apps {
 void abandon_outputs_on_interrupt() {
   sigset_t awaited;
   sigemptyset(&awaited);
-  for (int number : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&awaited, number);
+  for (int number : {SIGINT, SIGTERM, SIGHUP}) {
+    struct sigaction action {};
+    sigaction(number, nullptr, &action);
+    if (action.sa_handler != SIG_IGN) sigaddset(&awaited, number);  // nohup stays nohup
+  }
   pthread_sigmask(SIG_BLOCK, &awaited, nullptr);  // threads to come inherit it
   std::thread([awaited] {
     int number = 0;

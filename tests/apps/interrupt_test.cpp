@@ -40,5 +40,19 @@ TEST(Interrupt, EndsTheProgramAsItWouldHaveAndLeavesNothingHalfWritten) {
   }
 }
 
+TEST(Interrupt, IsIgnoredWhereItWasIgnoredBefore) {
+  const pid_t child = fork();
+  if (child == 0) {
+    std::signal(SIGHUP, SIG_IGN);  // as nohup does
+    abandon_outputs_on_interrupt();
+    kill(getpid(), SIGHUP);
+    usleep(200000);
+    _exit(0);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_TRUE(WIFEXITED(status));
+}
+
 }  // namespace
 }  // namespace lamella::apps
