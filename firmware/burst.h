@@ -18,6 +18,18 @@ struct burst_step {
   bool crossed;  // the left camera's analyser
 };
 
+// What an exposure waited for since the last one closed: the last of its conditions to hold.
+enum burst_wait {
+  BURST_WAIT_START,      // nothing: the burst begins
+  BURST_WAIT_SHUTTER,    // the shutter's least pause
+  BURST_WAIT_READOUT,    // of the last frame
+  BURST_WAIT_ANALYSER,   // to move and settle
+  BURST_WAIT_CHAIN,      // LED codes shifted, latched
+  BURST_WAIT_LAMP,       // of the projector, to go on or off
+  BURST_WAIT_PROJECTOR,  // vblank, latency and settling of a pattern
+  BURST_WAITS,
+};
+
 // When one step happens, from the burst's zero. Times not used by its kind of light are 0.
 struct step_times {
   double analyser_us;           // the actuator starts; 0: it does not move before this step
@@ -27,6 +39,8 @@ struct step_times {
   double trigger_us, untrigger_us;
   double light_on_us, light_off_us;
   double open_us, close_us;  // the sensor integrates
+  double wait_us;            // from the last exposure's close to this one's opening
+  enum burst_wait wait;      // for what
 };
 
 struct burst_plan {
@@ -40,6 +54,8 @@ struct burst_plan {
 
 // The steps of the paper's burst, in the order of its table.
 extern const struct burst_step kBurstSteps[BURST_STEPS];
+
+const char* burst_wait_name(enum burst_wait wait);
 
 bool burst_step_is_lit_by_leds(const struct burst_step* step);
 

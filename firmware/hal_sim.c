@@ -12,6 +12,7 @@ const struct sim_faults kSimNoFaults = {.flipped_bit = -1, .slow_actuator = 1};
 
 // How early the real clock wakes up to spin the rest: more than a Linux timer's usual slack.
 static const double kSpinUs = 150;
+static const double kGraceUs = 0.5;  // for rounding
 
 static bool parse_after(const char* text, const char* prefix, double* number) {
   const size_t length = strlen(prefix);
@@ -84,19 +85,28 @@ static enum lam_status prepare(void* self, double* zero_us) {
   return LAM_OK;
 }
 
+// Whether the shot before number `shot` has left the sensor at t_us.
+static bool is_read_out(const struct hal_sim* sim, double t_us, size_t shot) {
+  if (shot == 0) return true;
+  return t_us + kGraceUs >= sim->shots[shot - 1].close_us + sim->rig->camera_readout_us;
+}
+
 static bool trigger(struct hal_sim* sim, bool level, double t_us) {
   if (level == sim->triggered) return true;
   sim->triggered = level;
   const double effect_us = t_us + sim->rig->camera_start_delay_us;
+  struct sim_shot* last = sim->shot_count > 0 ? &sim->shots[sim->shot_count - 1] : NULL;
   if (!level) {
-    sim->shots[sim->shot_count - 1].close_us = effect_us;
+    last->close_us = effect_us;
+    if (is_read_out(sim, effect_us, sim->shot_count - 1)) return true;
+    last->missed = true;
     return true;
   }
   if (sim->shot_count == SIM_MAX_EVENTS) return false;
-  const struct sim_shot* last = sim->shot_count > 0 ? &sim->shots[sim->shot_count - 1] : NULL;
-  // Half a microsecond of grace for rounding.
-  const bool missed =
-      last != NULL && effect_us + 0.5 < last->close_us + sim->rig->camera_readout_us;
+  // An overlapped readout need only be over when the exposure closes.
+  const bool missed = last != NULL && (sim->rig->camera_readout_overlaps
+                                           ? effect_us + kGraceUs < last->close_us
+                                           : !is_read_out(sim, effect_us, sim->shot_count));
   sim->shots[sim->shot_count++] = (struct sim_shot){effect_us, INFINITY, missed};
   return true;
 }

@@ -21,7 +21,7 @@ bool sim_faults_parse(const char* text, struct sim_faults* faults);
 
 struct sim_shot {
   double open_us, close_us;
-  bool missed;  // triggered during the readout of the one before
+  bool missed;  // triggered, or over, during the readout of the one before
 };
 
 struct hal_sim {

@@ -1,5 +1,6 @@
 // lamella-rigd: the rig's daemon. Exit 0 stopped, 2 bad input, 3 rig or link failed.
 #include <getopt.h>
+#include <pb_encode.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -7,6 +8,7 @@
 
 #include "hal_sim.h"
 #include "link.h"
+#include "plan.h"
 #include "rig.h"
 #include "session.h"
 #include "store.h"
@@ -17,13 +19,15 @@ static const char kUsage[] =
     "usage: lamella-rigd --hal sim --rig FILE --twin SOCKET --calibration FILE\n"
     "                    --listen 127.0.0.1:PORT [--clock virtual|real]\n"
     "                    [--inject flip-bit:N|late-blank:US|slow-actuator:FACTOR]\n"
-    "       lamella-rigd --check --rig FILE\n";
+    "       lamella-rigd --check --rig FILE\n"
+    "       lamella-rigd --plan --rig FILE   (writes lamella.v1.Plan to standard output)\n";
 
 struct arguments {
   const char *hal, *rig, *twin, *calibration, *listen;
   enum sim_clock clock;
   struct sim_faults faults;
   bool check;  // read the rig file, say what is wrong with it, and end
+  bool plan;   // the same, and write the burst that it would play
 };
 
 static volatile sig_atomic_t stop;
@@ -50,7 +54,7 @@ static bool require(const char* value, const char* option) {
 }
 
 static bool is_complete(const struct arguments* arguments) {
-  if (arguments->check) return require(arguments->rig, "--rig");
+  if (arguments->check || arguments->plan) return require(arguments->rig, "--rig");
   if (!require(arguments->hal, "--hal") || !require(arguments->rig, "--rig") ||
       !require(arguments->twin, "--twin") || !require(arguments->calibration, "--calibration") ||
       !require(arguments->listen, "--listen")) {
@@ -63,15 +67,12 @@ static bool is_complete(const struct arguments* arguments) {
 }
 
 static bool parse_arguments(int argc, char** argv, struct arguments* arguments) {
-  static const struct option kOptions[] = {{"hal", required_argument, NULL, 'h'},
-                                           {"rig", required_argument, NULL, 'r'},
-                                           {"twin", required_argument, NULL, 't'},
-                                           {"calibration", required_argument, NULL, 'c'},
-                                           {"listen", required_argument, NULL, 'l'},
-                                           {"clock", required_argument, NULL, 'k'},
-                                           {"inject", required_argument, NULL, 'i'},
-                                           {"check", no_argument, NULL, 'x'},
-                                           {NULL, 0, NULL, 0}};
+  static const struct option kOptions[] = {
+      {"hal", required_argument, NULL, 'h'},    {"rig", required_argument, NULL, 'r'},
+      {"twin", required_argument, NULL, 't'},   {"calibration", required_argument, NULL, 'c'},
+      {"listen", required_argument, NULL, 'l'}, {"clock", required_argument, NULL, 'k'},
+      {"inject", required_argument, NULL, 'i'}, {"check", no_argument, NULL, 'x'},
+      {"plan", no_argument, NULL, 'p'},         {NULL, 0, NULL, 0}};
   *arguments = (struct arguments){.faults = kSimNoFaults};
   for (int option; (option = getopt_long(argc, argv, "", kOptions, NULL)) != -1;) {
     bool good = true;
@@ -82,6 +83,7 @@ static bool parse_arguments(int argc, char** argv, struct arguments* arguments) 
     if (option == 'l') arguments->listen = optarg;
     if (option == 'k') good = parse_clock(optarg, &arguments->clock);
     if (option == 'x') arguments->check = true;
+    if (option == 'p') arguments->plan = true;
     if (option == 'i') good = sim_faults_parse(optarg, &arguments->faults);
     if (!good) fprintf(stderr, "lamella-rigd: '%s' is no value of its option\n", optarg);
     if (!good || option == '?') {
@@ -157,11 +159,28 @@ static int start(struct daemon* daemon, const struct arguments* arguments) {
   return 0;
 }
 
+// A plan that the rig would not play is written too, with the reason in it.
+static int write_plan(const struct rig* rig) {
+  static lamella_v1_Plan plan;
+  static uint8_t bytes[lamella_v1_Plan_size];
+  plan_describe(rig, &plan);
+  pb_ostream_t stream = pb_ostream_from_buffer(bytes, sizeof bytes);
+  if (!pb_encode(&stream, lamella_v1_Plan_fields, &plan)) {
+    return explain(LAM_HARDWARE, "the plan cannot be encoded");
+  }
+  const bool whole = fwrite(bytes, 1, stream.bytes_written, stdout) == stream.bytes_written;
+  if (whole && fflush(stdout) == 0) return 0;
+  return explain(LAM_HARDWARE, "the plan cannot be written to standard output");
+}
+
 int main(int argc, char** argv) {
   static struct daemon daemon;
   struct arguments arguments;
   if (!parse_arguments(argc, argv, &arguments)) return kExitBadInput;
-  if (arguments.check) return read_rig(arguments.rig, &daemon.rig) ? 0 : kExitBadInput;
+  if (arguments.check || arguments.plan) {
+    if (!read_rig(arguments.rig, &daemon.rig)) return kExitBadInput;
+    return arguments.plan ? write_plan(&daemon.rig) : 0;
+  }
   catch_signals();
   const int failure = start(&daemon, &arguments);
   if (failure != 0) return failure;

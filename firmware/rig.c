@@ -28,9 +28,18 @@ static const struct number_key kNumbers[] = {
     NUMBER("leds.longest_on_us", leds_longest_on_us, 100, 1e6),
     NUMBER("leds.duty_window_us", leds_duty_window_us, 1e3, 60e6),
     NUMBER("leds.highest_duty", leds_highest_duty, 0.01, 1),
+    NUMBER("leds.power_w", leds_power_w, 0.001, 100),
+    NUMBER("leds.thermal_k_per_w", leds_thermal_k_per_w, 0.1, 1000),
+    NUMBER("leds.thermal_time_us", leds_thermal_time_us, 1e3, 3600e6),
+    NUMBER("leds.ambient_c", leds_ambient_c, -20, 80),
+    NUMBER("leds.highest_junction_c", leds_highest_junction_c, 30, 200),
     NUMBER("camera.start_delay_us", camera_start_delay_us, 0, 1e5),
     NUMBER("camera.guard_us", camera_guard_us, 1, 1e5),
     NUMBER("camera.readout_us", camera_readout_us, 0, 1e6),
+    NUMBER("camera.frame_bytes", camera_frame_bytes, 1, 1e9),
+    NUMBER("camera.f_number", camera_f_number, 0.5, 64),
+    NUMBER("camera.iso", camera_iso, 1, 1e6),
+    NUMBER("camera.analyser_transmission", camera_analyser_transmission, 0.01, 1),
     NUMBER("analyser.move_us", analyser_move_us, 1, 5e6),
     NUMBER("analyser.settle_us", analyser_settle_us, 0, 5e6),
     NUMBER("projector.refresh_hz", projector_refresh_hz, 10, 1000),
@@ -43,15 +52,32 @@ static const struct number_key kNumbers[] = {
     NUMBER("player.tolerance_us", player_tolerance_us, 1, 1e6),
     NUMBER("burst.pair_weight", burst_pair_weight, 0, 1000),
     NUMBER("store.capacity_bytes", store_capacity_bytes, 1 << 20, 17179869184.0),
+    NUMBER("store.disk_bytes_per_s", store_disk_bytes_per_s, 0, 1e11),
+    NUMBER("light.leds_lux", light_leds_lux, 0.1, 1e7),
+    NUMBER("light.projector_lux", light_projector_lux, 0.1, 1e7),
+    NUMBER("light.least_share", light_least_share, 0, 1),
 };
 enum { kNumberCount = sizeof kNumbers / sizeof kNumbers[0] };
+
+// A key with two words to choose from.
+struct choice_key {
+  const char* name;
+  size_t offset;
+  const char *no, *yes;
+};
+
+static const struct choice_key kChoices[] = {
+    {"analyser.park", offsetof(struct rig, analyser_parks_crossed), "parallel", "crossed"},
+    {"camera.readout_overlaps", offsetof(struct rig, camera_readout_overlaps), "no", "yes"},
+};
+enum { kChoiceCount = sizeof kChoices / sizeof kChoices[0] };
 
 struct parser {
   struct rig* rig;
   struct rig_error* error;
   int line;
   bool number_seen[kNumberCount];
-  bool park_seen;
+  bool choice_seen[kChoiceCount];
   bool output_used[CHAIN_CHIPS][CHAIN_OUTPUTS];
 };
 
@@ -83,13 +109,18 @@ static enum lam_status parse_number(struct parser* parser, size_t index, const c
   return LAM_OK;
 }
 
-static enum lam_status parse_park(struct parser* parser, const char* value) {
-  if (parser->park_seen) return fail(parser, parser->line, "'analyser.park' is given twice");
-  parser->park_seen = true;
-  parser->rig->analyser_parks_crossed = strcmp(value, "crossed") == 0;
-  if (!parser->rig->analyser_parks_crossed && strcmp(value, "parallel") != 0) {
-    return fail(parser, parser->line, "'analyser.park' is parallel or crossed, not '%.40s'", value);
+static enum lam_status parse_choice(struct parser* parser, size_t index, const char* value) {
+  const struct choice_key* key = &kChoices[index];
+  if (parser->choice_seen[index]) {
+    return fail(parser, parser->line, "'%s' is given twice", key->name);
   }
+  parser->choice_seen[index] = true;
+  const bool yes = strcmp(value, key->yes) == 0;
+  if (!yes && strcmp(value, key->no) != 0) {
+    return fail(parser, parser->line, "'%s' is %s or %s, not '%.40s'", key->name, key->no, key->yes,
+                value);
+  }
+  *(bool*)((char*)parser->rig + key->offset) = yes;
   return LAM_OK;
 }
 
@@ -137,7 +168,9 @@ static enum lam_status parse_led(struct parser* parser, const char* key, const c
 
 static enum lam_status parse_pair(struct parser* parser, const char* key, const char* value) {
   if (strncmp(key, "led.", 4) == 0) return parse_led(parser, key, value);
-  if (strcmp(key, "analyser.park") == 0) return parse_park(parser, value);
+  for (size_t i = 0; i < kChoiceCount; i++) {
+    if (strcmp(key, kChoices[i].name) == 0) return parse_choice(parser, i, value);
+  }
   for (size_t i = 0; i < kNumberCount; i++) {
     if (strcmp(key, kNumbers[i].name) == 0) return parse_number(parser, i, value);
   }
@@ -166,7 +199,9 @@ static enum lam_status require_every_key(struct parser* parser) {
   for (size_t i = 0; i < kNumberCount; i++) {
     if (!parser->number_seen[i]) return fail(parser, 0, "missing key '%s'", kNumbers[i].name);
   }
-  if (!parser->park_seen) return fail(parser, 0, "missing key 'analyser.park'");
+  for (size_t i = 0; i < kChoiceCount; i++) {
+    if (!parser->choice_seen[i]) return fail(parser, 0, "missing key '%s'", kChoices[i].name);
+  }
   if (parser->rig->led_count == 0) return fail(parser, 0, "missing key 'led.0'");
   if (parser->rig->projector_light_periods != floor(parser->rig->projector_light_periods)) {
     return fail(parser, 0, "'projector.light_periods' must be a whole number");

@@ -20,14 +20,19 @@ struct led_place {
 struct rig {
   double leds_spi_hz, leds_gsclk_hz, leds_light_us, leds_latch_us;
   double leds_longest_on_us, leds_duty_window_us, leds_highest_duty;
+  double leds_power_w, leds_thermal_k_per_w, leds_thermal_time_us;
+  double leds_ambient_c, leds_highest_junction_c;
   double camera_start_delay_us, camera_guard_us, camera_readout_us;
+  double camera_frame_bytes, camera_f_number, camera_iso, camera_analyser_transmission;
   double analyser_move_us, analyser_settle_us;
   double projector_refresh_hz, projector_light_periods, projector_latency_us;
   double projector_settle_us, projector_commit_lead_us, projector_lamp_settle_us;
   double player_critical_tolerance_us, player_tolerance_us;
   double burst_pair_weight;
-  double store_capacity_bytes;
+  double store_capacity_bytes, store_disk_bytes_per_s;
+  double light_leds_lux, light_projector_lux, light_least_share;
   bool analyser_parks_crossed;
+  bool camera_readout_overlaps;  // a sensor may integrate while the last frame is read out
   size_t led_count;
   struct led_place leds[RIG_MAX_LEDS];
 };

@@ -14,13 +14,15 @@ struct walk {
   struct safety_finding* finding;
   size_t edge;
   bool triggered, blank, lamp, shifted;
-  double open_us, close_us;  // of the newest exposure; it is open while `triggered`
+  double open_us, close_us;  // of the newest exposure; close_us counts once its trigger has fallen
+  bool exposure_unjudged;    // it has not closed yet
   double light_on_us;
-  bool leds_lit_exposure;
+  bool leds_lit_exposure, lamp_lit_exposure;
   double shift_done_us;
   double lamp_change_us;
-  double vblank_us, last_vblank_us;  // the newest flip and the one before
-  double analyser_still_us;          // the analyser stands still and settled from here
+  double vblank_us[BURST_MAX_STEPS];  // of every flip: several may be on their way to the light
+  size_t flips;
+  double analyser_still_us;  // the analyser stands still and settled from here
   int moves;
   double pulse_on_us[BURST_MAX_STEPS * 2], pulse_off_us[BURST_MAX_STEPS * 2];
   size_t pulses;
@@ -54,7 +56,7 @@ static bool is_exposing(const struct walk* w, double t_us) {
 }
 
 static enum lam_status light_comes_on(struct walk* w, double t_us) {
-  if (!w->triggered || t_us < w->open_us - kSlackUs) {
+  if (!is_exposing(w, t_us) || t_us < w->open_us - kSlackUs) {
     return broken(w, SAFETY_LIGHT_INSIDE, "LED light comes before the exposure opens");
   }
   if (w->lamp || t_us < w->lamp_change_us + w->rig->projector_lamp_settle_us - kSlackUs) {
@@ -104,13 +106,18 @@ static enum lam_status on_chain(struct walk* w, const struct edge* edge) {
 
 static enum lam_status exposure_opens(struct walk* w, double t_us) {
   const double open_us = t_us + w->rig->camera_start_delay_us;
-  if (open_us < w->close_us + w->rig->camera_readout_us - kSlackUs) {
+  const double readout_us = w->rig->camera_readout_overlaps ? 0 : w->rig->camera_readout_us;
+  if (open_us < w->close_us + readout_us - kSlackUs) {
     return broken(w, SAFETY_READOUT, "an exposure opens while the last one is read out");
+  }
+  if (w->exposure_unjudged) {
+    return broken(w, SAFETY_READOUT, "a trigger comes before the last exposure has closed");
   }
   if (open_us < w->analyser_still_us - kSlackUs) {
     return broken(w, SAFETY_ANALYSER, "an exposure opens while the analyser moves or settles");
   }
   w->open_us = open_us;
+  w->exposure_unjudged = true;
   w->leds_lit_exposure = false;
   return LAM_OK;
 }
@@ -120,7 +127,7 @@ static double stable_us(const struct walk* w, double vblank_us) {
 }
 
 static bool is_shown(const struct walk* w, double vblank_us) {
-  return vblank_us > kLongAgoUs && stable_us(w, vblank_us) <= w->open_us + kSlackUs;
+  return stable_us(w, vblank_us) <= w->open_us + kSlackUs;
 }
 
 // A flip changes the light from latency to latency + settle after its vblank: all of that lies
@@ -135,8 +142,12 @@ static enum lam_status check_projector_exposure(struct walk* w) {
   if (!is_whole((w->close_us - w->open_us) / rig_refresh_us(rig), 1e-5)) {
     return broken(w, SAFETY_REFRESH, "a projector exposure is not whole refresh periods");
   }
-  const bool any_shown = is_shown(w, w->vblank_us) || is_shown(w, w->last_vblank_us);
-  if (!any_shown || flip_disturbs(w, w->vblank_us) || flip_disturbs(w, w->last_vblank_us)) {
+  bool any_shown = false, any_disturbs = false;
+  for (size_t i = 0; i < w->flips; i++) {
+    any_shown = any_shown || is_shown(w, w->vblank_us[i]);
+    any_disturbs = any_disturbs || flip_disturbs(w, w->vblank_us[i]);
+  }
+  if (!any_shown || any_disturbs) {
     return broken(w, SAFETY_REFRESH, "the pattern is not stable during an exposure");
   }
   if (w->open_us < w->lamp_change_us + rig->projector_lamp_settle_us - kSlackUs) {
@@ -145,14 +156,25 @@ static enum lam_status check_projector_exposure(struct walk* w) {
   return LAM_OK;
 }
 
-static enum lam_status exposure_closes(struct walk* w, double t_us) {
-  w->close_us = t_us + w->rig->camera_start_delay_us;
-  if (w->leds_lit_exposure && w->lamp) {
+// Once nothing can light it any more: its trigger falls a start delay before it closes.
+static enum lam_status judge_exposure(struct walk* w) {
+  w->exposure_unjudged = false;
+  if (w->leds_lit_exposure && w->lamp_lit_exposure) {
     return broken(w, SAFETY_ONE_LIGHT, "the projector shines into an LED exposure");
   }
   if (w->leds_lit_exposure) return LAM_OK;
-  if (!w->lamp) return broken(w, SAFETY_ONE_LIGHT, "nothing lights an exposure");
+  if (!w->lamp_lit_exposure) return broken(w, SAFETY_ONE_LIGHT, "nothing lights an exposure");
   return check_projector_exposure(w);
+}
+
+static enum lam_status exposure_closes(struct walk* w, double t_us) {
+  const double read_out_us = w->close_us + w->rig->camera_readout_us;
+  w->close_us = t_us + w->rig->camera_start_delay_us;
+  if (w->close_us < read_out_us - kSlackUs) {
+    return broken(w, SAFETY_READOUT, "an exposure closes while the last one is read out");
+  }
+  w->lamp_lit_exposure = w->lamp;  // it is not switched while a sensor integrates
+  return LAM_OK;
 }
 
 static enum lam_status on_trigger(struct walk* w, const struct edge* edge) {
@@ -164,8 +186,10 @@ static enum lam_status on_trigger(struct walk* w, const struct edge* edge) {
 }
 
 static enum lam_status on_vblank(struct walk* w, const struct edge* edge) {
-  w->last_vblank_us = w->vblank_us;
-  w->vblank_us = edge->t_us;
+  if (w->flips == BURST_MAX_STEPS) {
+    return broken(w, SAFETY_REFRESH, "more flips than a burst can have");
+  }
+  w->vblank_us[w->flips++] = edge->t_us;
   return LAM_OK;
 }
 
@@ -210,14 +234,20 @@ static enum lam_status on_edge(struct walk* w, const struct edge* edge) {
 enum lam_status safety_check(const struct rig* rig, const struct timeline* timeline,
                              struct safety_finding* finding) {
   struct walk w = {.rig = rig, .finding = finding, .blank = true};
-  w.close_us = w.lamp_change_us = w.vblank_us = w.last_vblank_us = kLongAgoUs;
+  w.close_us = w.lamp_change_us = kLongAgoUs;
   w.analyser_still_us = kLongAgoUs;
   double t_us = 0;
   for (; w.edge < timeline->count; w.edge++) {
     const struct edge* edge = &timeline->edges[w.edge];
     if (!(edge->t_us >= t_us)) return broken(&w, SAFETY_ORDER, "edges are not in order of time");
     t_us = edge->t_us;
-    const enum lam_status status = on_edge(&w, edge);
+    enum lam_status status = LAM_OK;
+    if (w.exposure_unjudged && !is_exposing(&w, t_us)) status = judge_exposure(&w);
+    if (status == LAM_OK) status = on_edge(&w, edge);
+    if (status != LAM_OK) return status;
+  }
+  if (w.exposure_unjudged && !w.triggered) {
+    const enum lam_status status = judge_exposure(&w);
     if (status != LAM_OK) return status;
   }
   if (!w.blank || w.lamp || w.triggered) {

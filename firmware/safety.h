@@ -13,7 +13,7 @@ enum safety_rule {
   SAFETY_PWM_PERIODS,   // an LED pulse is a whole number of PWM periods
   SAFETY_CHAIN_DARK,    // the chain is shifted and latched, in this order, with BLANK high
   SAFETY_LIGHT_INSIDE,  // LED light lies inside an exposure
-  SAFETY_READOUT,       // no exposure opens during a readout
+  SAFETY_READOUT,       // no exposure opens during a readout, or closes during an overlapped one
   SAFETY_ANALYSER,      // none while the analyser moves or settles, and one move at most
   SAFETY_REFRESH,       // projector light: stable, whole refresh periods
   SAFETY_ONE_LIGHT,     // LEDs and projector never light the same exposure, one of them does

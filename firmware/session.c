@@ -4,6 +4,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "budget.h"
+
 #define STATE(name) lamella_v1_RigState_##name
 
 void session_init(struct session* session, const struct rig* rig, struct hal* hal,
@@ -71,6 +73,10 @@ enum lam_status session_request_steps(struct session* session, const struct burs
   timeline_build(session->rig, &session->plan, &session->timeline);
   if (safety_check(session->rig, &session->timeline, &finding) != LAM_OK) {
     return refuse(session, LAM_UNSAFE, finding.text);
+  }
+  struct budget budget;
+  if (budget_check(session->rig, &session->plan, &budget) != LAM_OK) {
+    return refuse(session, LAM_UNSAFE, budget.refusal);
   }
   store_clear(session->store);
   session->burst_id++;

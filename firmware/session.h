@@ -22,7 +22,7 @@ struct session {
   struct store* store;
   lamella_v1_RigState state;
   char fault[128];
-  char refusal[128];  // why the last request or abort was refused
+  char refusal[160];  // why the last request or abort was refused
   uint64_t burst_id;  // of the newest burst, counted from 1 since the rig was switched on
   bool stands_crossed;
   bool playing;  // within RUNNING: edges, then photographs

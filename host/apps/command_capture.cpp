@@ -170,7 +170,10 @@ void add_capture(CLI::App& app, int* exit_code) {
                                   twin::kLeastScale, twin::kLargestScale));
   command->add_option("--clock", simulated->clock, "Of the simulated rig")
       ->check(CLI::IsMember({"virtual", "real"}));
-  command->add_option("--rig-file", simulated->rig_file, "Wiring and timing of the simulated rig");
+  command
+      ->add_option("--rig-file", simulated->rig_file,
+                   "Wiring and timing of the simulated rig: a file, or a name")
+      ->capture_default_str();
   command->add_flag("--held", options->held, "Fetch what the rig still holds; no new burst");
   command->add_flag("--discard-held", options->discard_held,
                     "Give up photographs of an earlier burst that the rig still holds");

@@ -14,6 +14,7 @@ void add_fit(CLI::App& app, int* exit_code);
 void add_render(CLI::App& app, int* exit_code);
 void add_compare(CLI::App& app, int* exit_code);
 void add_export(CLI::App& app, int* exit_code);
+void add_rig(CLI::App& app, int* exit_code);
 void add_review(CLI::App& app, int* exit_code);
 
 }  // namespace lamella::apps

@@ -16,6 +16,7 @@ int main(int argc, char** argv) {
   google::protobuf::SetLogHandler(nullptr);  // what is wrong with a message is ours to say
   int exit_code = 0;
   apps::add_capture(app, &exit_code);
+  apps::add_rig(app, &exit_code);
   apps::add_twin(app, &exit_code);
   apps::add_check(app, &exit_code);
   apps::add_fit(app, &exit_code);

@@ -97,6 +97,11 @@ int ChildProcess::wait() {
   return exit_code_;
 }
 
+std::string ChildProcess::output() const {
+  std::ifstream file(out_, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
 std::string ChildProcess::last_words() const {
   const std::vector<std::string> lines = whole_lines(err_);
   return lines.empty() ? "" : lines.back();

@@ -32,6 +32,9 @@ class ChildProcess {
   // Its exit code, once it has ended of itself; -1 where a signal ended it.
   int wait();
 
+  // All that it has written to its standard output so far.
+  std::string output() const;
+
   // Its last line on standard error; empty where it said nothing.
   std::string last_words() const;
 

@@ -17,8 +17,11 @@ namespace {
 constexpr double kTwinReady_s = 180;  // it simulates its skin first
 constexpr double kFirmwareReady_s = 20;
 
-fs::path rig_file_of(const SimulatedRigOptions& options) {
-  return options.rig_file.empty() ? fs::path(LAMELLA_BOARD_DIR) / "sim.rig" : options.rig_file;
+// A bare name is that of a rig file that ships, unless there is such a file here.
+std::string find_rig_file(const fs::path& name) {
+  const fs::path shipped = fs::path(LAMELLA_BOARD_DIR) / (name.string() + ".rig");
+  const bool is_bare = !name.has_parent_path() && !name.has_extension();
+  return is_bare && !fs::exists(name) && fs::exists(shipped) ? shipped.string() : name.string();
 }
 
 std::string firmware_binary() { return (own_binary().parent_path() / "lamella-rigd").string(); }
@@ -29,10 +32,23 @@ void require_simulated_rig(const SimulatedRigOptions& options) {
   twin::require_subject(options.subject);
   twin::require_scale(options.scale);
   const PrivateFolder folder;
-  const std::string rig_file = rig_file_of(options).string();
+  const std::string rig_file = find_rig_file(options.rig_file);
   ChildProcess check("lamella-rigd", {firmware_binary(), "--check", "--rig", rig_file},
                      folder.path());
   if (check.wait() != 0) throw_bad_input("--rig-file", check.last_words());
+}
+
+v1::Plan plan_of_rig_file(const fs::path& rig_file) {
+  const PrivateFolder folder;
+  ChildProcess firmware("lamella-rigd",
+                        {firmware_binary(), "--plan", "--rig", find_rig_file(rig_file)},
+                        folder.path());
+  if (firmware.wait() != 0) throw_bad_input("--rig-file", firmware.last_words());
+  v1::Plan plan;
+  if (!plan.ParseFromString(firmware.output())) {
+    throw Error(Fault::kRig, "lamella-rigd", "wrote no plan", "is it of this build?");
+  }
+  return plan;
 }
 
 SimulatedRig::SimulatedRig(const SimulatedRigOptions& options) {
@@ -50,7 +66,7 @@ SimulatedRig::SimulatedRig(const SimulatedRigOptions& options) {
   const std::vector<std::string> firmware{
       firmware_binary(),
       "--hal", "sim",
-      "--rig", rig_file_of(options).string(),
+      "--rig", find_rig_file(options.rig_file),
       "--twin", socket,
       "--calibration", calibration,
       "--listen", "127.0.0.1:0",

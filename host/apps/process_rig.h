@@ -7,6 +7,7 @@
 #include <string>
 
 #include "apps/process_child.h"
+#include "plan.pb.h"
 
 namespace lamella::apps {
 
@@ -15,13 +16,17 @@ struct SimulatedRigOptions {
   uint64_t seed = 1;
   double scale = 1;               // of the photographs' size, twin::kLeastScale to kLargestScale
   std::string clock = "virtual";  // or "real"
-  fs::path rig_file;              // empty: the reference rig of this build
+  fs::path rig_file = "sim";      // a file, or the name of a rig that ships
   fs::path truth;                 // where the twin writes what it knows
 };
 
 // Throws Error (kBadInput) that names the option where the twin or the firmware would refuse it, so
 // that nobody waits for the twin to hear of a mistyped name.
 void require_simulated_rig(const SimulatedRigOptions& options);
+
+// The burst that the firmware plans for a rig file. Throws Error (kBadInput) with the firmware's
+// own line where the file is wrong.
+v1::Plan plan_of_rig_file(const fs::path& rig_file);
 
 class SimulatedRig {
  public:

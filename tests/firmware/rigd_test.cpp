@@ -30,7 +30,7 @@ class Rigd : public ::testing::Test {
 
   std::vector<std::string> arguments(std::vector<std::string> more = {}) {
     std::vector<std::string> all = {
-        "--hal",    "sim",        "--rig",         LAMELLA_RIG_FILE,
+        "--hal",    "sim",        "--rig",         LAMELLA_BOARD_DIR "/sim.rig",
         "--twin",   twin.path(),  "--calibration", folder / "calibration.json",
         "--listen", "127.0.0.1:0"};
     all.insert(all.end(), more.begin(), more.end());

@@ -5,8 +5,8 @@
 #include <fstream>
 #include <sstream>
 
-std::string rig_file_text() {
-  std::ifstream file(LAMELLA_RIG_FILE);
+std::string rig_file_text(const std::string& name) {
+  std::ifstream file(std::string(LAMELLA_BOARD_DIR) + "/" + name + ".rig");
   std::ostringstream text;
   text << file.rdbuf();
   return text.str();

@@ -7,5 +7,6 @@ extern "C" {
 #include "rig.h"
 }
 
-std::string rig_file_text();
+// Text of board/NAME.rig.
+std::string rig_file_text(const std::string& name = "sim");
 struct rig test_rig();

@@ -1,0 +1,128 @@
+// lamella rig plan: the burst that a rig file would play, before anything moves.
+#include <fmt/format.h>
+
+#include <fstream>
+#include <map>
+#include <memory>
+
+#include "apps/commands.h"
+#include "apps/plan_chart.h"
+#include "apps/process_rig.h"
+#include "apps/report.h"
+#include "base/error.h"
+#include "io/vcd.h"
+#include "io/whole_file.h"
+
+namespace lamella::apps {
+
+namespace {
+
+struct PlanArguments {
+  std::string rig_file = "sim";
+  fs::path svg, vcd;
+  bool json = false;
+};
+
+// What every exposure waited for, summed by name; the exposures themselves too.
+std::map<std::string, double> terms_us(const v1::Plan& plan) {
+  std::map<std::string, double> terms;
+  for (const v1::PlannedStep& step : plan.steps()) {
+    terms["exposures"] += step.close_us() - step.open_us();
+    if (step.wait_us() > 0) terms["waiting for " + step.wait()] += step.wait_us();
+  }
+  if (plan.steps_size() > 0) {
+    const v1::PlannedStep& last = plan.steps(plan.steps_size() - 1);
+    terms["last readout"] = last.read_out_us() - last.close_us();
+  }
+  return terms;
+}
+
+void print_table(const v1::Plan& plan, const std::string& rig) {
+  fmt::print("{}: {} photographs in {:.1f} ms\n\n", rig, plan.steps_size(),
+             plan.duration_us() / 1000);
+  fmt::print("  {:<3} {:<14} {:>9} {:>9} {:>11} {:>9}\n", "", "frame", "opens, ms", "closes, ms",
+             "after, ms", "for");
+  int number = 0;
+  for (const v1::PlannedStep& s : plan.steps()) {
+    // Names hold a sign of three bytes that is one column wide.
+    fmt::print("  {:<3} {:<{}} {:>9.2f} {:>10.2f} {:>11.2f} {:>9}\n", number++, short_name(s),
+               s.analyser() == v1::Frame::CROSS ? 15 : 16, s.open_us() / 1000, s.close_us() / 1000,
+               s.wait_us() / 1000, s.wait());
+  }
+  fmt::print("\n  where the time goes\n");
+  for (const auto& [name, us] : terms_us(plan)) {
+    fmt::print("  {:<24} {:>9.1f} ms {:>6.1f} %\n", name, us / 1000, 100 * us / plan.duration_us());
+  }
+  const v1::PlanBudget& b = plan.budget();
+  fmt::print(
+      "\n  white behind the analyser: {:.0f} % of saturation by LEDs, {:.0f} % by projector\n",
+      100 * b.leds_share(), 100 * b.projector_share());
+  fmt::print("  hottest LED junction {:.1f} C; {:.0f} LED flashes in the worst second\n",
+             b.junction_c(), b.flashes_per_s());
+  fmt::print("  photographs {:.0f} MB, of which {:.0f} MB are in memory at the end\n",
+             b.frames_bytes() * 1e-6, b.memory_bytes() * 1e-6);
+}
+
+void print_plan_json(const v1::Plan& plan, const std::string& rig) {
+  nlohmann::ordered_json steps = nlohmann::ordered_json::array();
+  for (const v1::PlannedStep& s : plan.steps()) {
+    steps.push_back({{"role", v1::Frame::Role_Name(s.role())},
+                     {"index", s.index()},
+                     {"analyser", v1::Frame::Analyser_Name(s.analyser())},
+                     {"open_us", s.open_us()},
+                     {"close_us", s.close_us()},
+                     {"light_on_us", s.light_on_us()},
+                     {"light_off_us", s.light_off_us()},
+                     {"wait_us", s.wait_us()},
+                     {"waits_for", s.wait()}});
+  }
+  const v1::PlanBudget& b = plan.budget();
+  print_json({{"rig", rig},
+              {"duration_us", plan.duration_us()},
+              {"refusal", plan.refusal()},
+              {"steps", steps},
+              {"terms_us", terms_us(plan)},
+              {"budget",
+               {{"leds_share", b.leds_share()},
+                {"projector_share", b.projector_share()},
+                {"junction_c", b.junction_c()},
+                {"frames_bytes", b.frames_bytes()},
+                {"memory_bytes", b.memory_bytes()},
+                {"flashes_per_s", b.flashes_per_s()}}}});
+}
+
+int run_plan(const PlanArguments& args) {
+  for (const fs::path& out : {args.svg, args.vcd}) {
+    if (!out.empty()) require_file_place(out);
+  }
+  const v1::Plan plan = plan_of_rig_file(args.rig_file);
+  const std::string rig = fs::path(args.rig_file).stem().string();
+  if (!args.svg.empty()) write_whole_text(args.svg, plan_chart(plan, rig));
+  if (!args.vcd.empty()) write_whole_text(args.vcd, vcd_text(plan.edges(), EdgeTime::kPlanned));
+  if (args.json) {
+    print_plan_json(plan, rig);
+  } else {
+    print_table(plan, rig);
+  }
+  if (plan.refusal().empty()) return 0;
+  std::fflush(stdout);
+  throw_bad_input(args.rig_file, "the rig would not play this: " + plan.refusal());
+}
+
+}  // namespace
+
+void add_rig(CLI::App& app, int* exit_code) {
+  CLI::App* rig = app.add_subcommand("rig", "The rig itself");
+  rig->require_subcommand(1);
+  auto args = std::make_shared<PlanArguments>();
+  CLI::App* plan = rig->add_subcommand("plan", "The burst that a rig file would play");
+  plan->add_option("--rig-file", args->rig_file,
+                   "A rig file, or sim, slr or machine_vision for one that ships")
+      ->capture_default_str();
+  plan->add_option("--svg", args->svg, "Chart to write");
+  plan->add_option("--vcd", args->vcd, "Edges to write, for a logic analyser's viewer");
+  plan->add_flag("--json", args->json, "Report as JSON");
+  plan->callback([args, exit_code] { *exit_code = run_plan(*args); });
+}
+
+}  // namespace lamella::apps

@@ -1,0 +1,48 @@
+// lamella rig plan, as a rig builder runs it.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "apps/run_lamella.h"
+#include "io/fake_session.h"
+#include "io/whole_file.h"
+
+namespace lamella {
+namespace {
+
+using testing::Outcome;
+using testing::run_lamella;
+
+TEST(RigPlan, TellsOrderWaitsAndBudgetOfEveryRigThatShips) {
+  for (const std::string name : {"sim", "slr", "machine_vision"}) {
+    const Outcome outcome = run_lamella({"rig", "plan", "--rig-file", name, "--json"});
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    const auto report = nlohmann::json::parse(outcome.out);
+    EXPECT_EQ(report["steps"].size(), 20u);
+    double sum_us = 0;
+    for (const auto& [term, us] : report["terms_us"].items()) sum_us += us.get<double>();
+    EXPECT_NEAR(sum_us, report["duration_us"].get<double>(), 1) << name;
+  }
+}
+
+TEST(RigPlan, WritesAChartAndEdgesForALogicAnalyser) {
+  const testing::ScratchFolder folder;
+  const std::string svg = folder.path() / "plan.svg", vcd = folder.path() / "plan.vcd";
+  ASSERT_EQ(run_lamella({"rig", "plan", "--svg", svg, "--vcd", vcd}).exit_code, 0);
+  EXPECT_NE(read_text(svg).find("STRIPES 3"), std::string::npos);
+  EXPECT_NE(read_text(vcd).find(" BLANK $end"), std::string::npos);
+}
+
+TEST(RigPlan, NamesFileLineAndKeyOfAWrongRigFile) {
+  const testing::ScratchFolder folder;
+  const fs::path file = folder.path() / "wrong.rig";
+  std::ofstream(file) << "# mine\nleds.spi_mhz = 10\n";
+  const Outcome outcome = run_lamella({"rig", "plan", "--rig-file", file});
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.err.find("wrong.rig:2: unknown key 'leds.spi_mhz'"), std::string::npos)
+      << outcome.err;
+}
+
+}  // namespace
+}  // namespace lamella
