@@ -15,7 +15,8 @@ constexpr float kDarkest = 0.003f;        // FRONT - BLACK below this says littl
 constexpr float kSmallestCosine = 0.35f;  // beyond, a dot is not on a plane any more
 constexpr float kModelError = 0.01f;      // of FRONT - BLACK
 constexpr float kLeastShare = 0.6f;       // of a dot's pixels in one region
-constexpr size_t kFewestPixels = 300;
+constexpr double kLeastOfDot = 0.15;      // of the pixels that a whole dot's square has
+constexpr double kFewestPixels = 20;
 constexpr int kNeighbours_px = 5;
 
 // One dot and the light between it and its neighbours.
@@ -70,12 +71,21 @@ bool usable(const Burst& burst, const Geometry& geometry, const Normals& normals
   return dot(n, geometry.to_projector(y, x)) > kSmallestCosine;
 }
 
+// Sampled pixels of a square of the grid that faces the camera at the origin.
+double whole_dot_pixels(const Session& session) {
+  const double mm_per_projector_px = session.projector.depth_mm({0, 0, 0}) / session.projector.fx;
+  const double px_per_mm = session.left.fx / session.left.depth_mm({0, 0, 0});
+  const double side_px = session.patterns.dot_pitch_px * mm_per_projector_px * px_per_mm;
+  return side_px * side_px / 2;
+}
+
 // The label that most of the pixels have, where it is nearly all of them; 0 otherwise.
 int dominant_label(const Burst& burst, const std::vector<cv::Point>& pixels) {
   std::array<size_t, 256> count{};
   for (const cv::Point& p : pixels) ++count[burst.regions(p)];
   const auto most = std::max_element(count.begin(), count.end());
-  if (float(*most) < kLeastShare * float(pixels.size()) || *most < kFewestPixels) return 0;
+  const double enough = std::max(kFewestPixels, kLeastOfDot * whole_dot_pixels(*burst.session));
+  if (float(*most) < kLeastShare * float(pixels.size()) || double(*most) < enough) return 0;
   return int(most - count.begin());
 }
 
@@ -136,6 +146,7 @@ std::vector<Dot> measure_dots(const Burst& burst, const Geometry& geometry,
     KernelEquations::Vector row;
     for (const cv::Point& p : pixels.pixel) {
       if (burst.regions(p) != dot.label) continue;
+      dot.pixels += 1;
       const DotPattern::Place at = pattern.place(geometry.projector_px(p));
       table.look_up(at.u, at.v, &sample);
       for (int j = 0; j < GaussianBasis::kSize; ++j) row(j) = double(sample[size_t(j)]);

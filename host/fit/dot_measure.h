@@ -12,6 +12,7 @@ namespace lamella::fit {
 struct Dot {
   int label = 0;                             // the region it lies on
   std::array<KernelEquations, 3> equations;  // per channel; values are DOTS/(FRONT - BLACK)
+  double pixels = 0;                         // of its region; a channel may have fewer with light
 };
 
 // Dots that lie on one region and face the projector. A channel without enough light has no

@@ -11,7 +11,7 @@ namespace lamella::fit {
 
 namespace {
 
-constexpr double kFewestSamples = 75;   // of a dot, in a channel
+constexpr double kLeastLit = 0.25;      // of a dot's pixels, in a channel
 constexpr double kOffsetSigma = 0.003;  // of the black level, relative to FRONT - BLACK
 // Pull of the exponential kernel: weak, it lets the tail be what the dots say; strong, it keeps
 // noise out of the body, where renderers see every wiggle.
@@ -189,7 +189,7 @@ Scattering fit_scattering(const Burst& burst, const Geometry& geometry, const No
     for (const Dot& dot : dots) {
       if (dot.label != i + 1) continue;
       for (size_t c = 0; c < 3; ++c) {
-        if (dot.equations[c].count > kFewestSamples) own[c].push_back(&dot.equations[c]);
+        if (dot.equations[c].count > kLeastLit * dot.pixels) own[c].push_back(&dot.equations[c]);
       }
     }
     if (own[0].empty() || own[1].empty() || own[2].empty()) return;
