@@ -54,6 +54,10 @@ v1::Session read_calibration(LinkClient* rig, Cameras* cameras) {
     for (int i = 0; i < manifest.rig().cameras_size(); ++i) {
       const std::string at = "its calibration: rig.cameras[" + std::to_string(i) + "]";
       const Camera camera = camera_from_message(manifest.rig().cameras(i), at);
+      // It becomes the name of a folder.
+      if (camera.id != "left" && camera.id != "right") {
+        throw_bad_input(at + ".id", "\"" + camera.id + "\" is neither left nor right");
+      }
       (*cameras)[camera.id] = camera;
     }
   });

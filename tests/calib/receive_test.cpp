@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "io/fake_rig.h"
 #include "io/fake_session.h"
+#include "io/json.h"
 #include "io/session.h"
 #include "io/whole_file.h"
 
@@ -109,6 +110,22 @@ TEST_F(Receive, BlamesTheRigForACalibrationThatIsNotJson) {
   load_burst(&rig, kSize);
   rig.set_calibration("{");
   EXPECT_NE(failure(rig).find("calibration"), std::string::npos);
+}
+
+TEST_F(Receive, WritesOutsideItsFolderForNoCamera) {
+  FakeRig rig;
+  load_burst(&rig, kSize);
+  v1::Session calibration = testing::fake_calibration(kSize);
+  v1::Camera* outside = calibration.mutable_rig()->add_cameras();
+  *outside = calibration.rig().cameras(0);
+  const std::string name = folder_.path().filename().string() + "-outside";
+  outside->set_id("../../" + name);
+  rig.set_calibration(to_json(calibration));
+  testing::FakePhotograph photograph = testing::fake_photograph(99, kSize);
+  photograph.offer.mutable_frame()->set_camera(outside->id());
+  rig.add(photograph);
+  EXPECT_NE(failure(rig).find("rig.cameras[2].id"), std::string::npos);
+  EXPECT_EQ(fs::remove_all(folder_.path() / ".." / name), 0u);
 }
 
 TEST_F(Receive, WritesNothingAfterALinkThatStaysCut) {
