@@ -14,7 +14,10 @@ namespace {
 
 constexpr double kTransport_mm = 0.38;     // 1/sigma_t' of dermis, 2 to 4 per mm in the literature
 constexpr double kTransportSpread = 0.15;  // one sigma of its logarithm
-constexpr double kKernelError = 0.05;      // relative, of what the dots say of the kernel
+// A kernel that shows no tail (a surface that does not scatter) would take them to infinity.
+constexpr double kShortestDeepLd_mm = 0.05, kLongestDeepLd_mm = 50;
+constexpr double kShortestTransport_mm = 0.05, kLongestTransport_mm = 3;
+constexpr double kKernelError = 0.05;  // relative, of what the dots say of the kernel
 constexpr double kLongest_mm = 8, kShortest_mm = 0.1;
 constexpr double kHighestAlpha = 0.9999, kLowestAlpha = 0.02;
 constexpr double kShortestShallowLd_mm = 0.1, kLongestShallowLd_mm = 4;
@@ -208,6 +211,10 @@ DeepProfile fit_deep_profile(const GaussianBasis::Weights& kernel) {
   problem.AddResidualBlock(new ceres::AutoDiffCostFunction<LogPrior, 1, 1>(
                                new LogPrior{std::log(kTransport_mm), kTransportSpread}),
                            nullptr, &log_transport);
+  problem.SetParameterLowerBound(&log_ld, 0, std::log(kShortestDeepLd_mm));
+  problem.SetParameterUpperBound(&log_ld, 0, std::log(kLongestDeepLd_mm));
+  problem.SetParameterLowerBound(&log_transport, 0, std::log(kShortestTransport_mm));
+  problem.SetParameterUpperBound(&log_transport, 0, std::log(kLongestTransport_mm));
   ceres::Solver::Summary summary;
   ceres::Solve(quiet_options(), &problem, &summary);
   DeepProfile deep;
