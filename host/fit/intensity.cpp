@@ -12,7 +12,6 @@ namespace lamella::fit {
 namespace {
 
 constexpr float kMinCosine = 0.05f;       // towards camera and projector
-constexpr float kReached = 0.999f;        // of the projector: less is the edge of a shadow
 constexpr float kLedModelError = 0.08f;   // relative, of W: errors of the normal in it
 constexpr float kShadowError = 2.f;       // relative, of W, per share of the light that is hidden
 constexpr float kStrayError = 0.03f;      // light from other skin, relative to an open pixel's

@@ -123,7 +123,7 @@ TEST_F(SessionFolder, RefusesAbsurdNumbers) {
   };
   for (const auto& [field, spoil] : cases) {
     const std::string line =
-        after([&](v1::Session* m) { spoil(m->mutable_rig()->mutable_cameras(0)); });
+        after([&spoil = spoil](v1::Session* m) { spoil(m->mutable_rig()->mutable_cameras(0)); });
     EXPECT_TRUE(names(line, {std::string("rig.cameras[0]") + field}));
   }
 }
@@ -145,7 +145,7 @@ TEST_F(SessionFolder, RefusesPatternsThatNoProjectorCanDraw) {
   };
   const v1::Patterns good = testing::fake_calibration(testing::kFakeSize).patterns();
   for (const auto& [field, spoil] : cases) {
-    const std::string line = after([&](v1::Session* m) {
+    const std::string line = after([&good, &spoil = spoil](v1::Session* m) {
       *m->mutable_patterns() = good;
       spoil(m->mutable_patterns());
     });
