@@ -117,7 +117,10 @@ NpzArray read_npz(const fs::path& file, const std::string& name) {
   const std::string header = array_bytes.part(start, header_size);
   NpzArray array{shape_of(header, array_bytes), {}};
   size_t count = 1;
-  for (size_t extent : array.shape) count *= std::min(extent, kLargestMember);
+  for (size_t extent : array.shape) {
+    if (extent < 1 || extent > kLargestMember / count) array_bytes.fail("has a shape of no array");
+    count *= extent;
+  }
   const bool wide = header.find("<f8") != std::string::npos;
   if (!wide && header.find("<f4") == std::string::npos) array_bytes.fail("is not of floats");
   if (header.find("'fortran_order': True") != std::string::npos) {
