@@ -12,23 +12,17 @@
 #include <stdexcept>
 
 #include "base/error.h"
+#include "io/exr_zip.h"
 #include "io/whole_file.h"
 
 namespace lamella {
 
 namespace {
 
+
 constexpr uint32_t kExrMagic = 20000630;
 constexpr uint32_t kExrDeepOrMultiPart = 0x800 | 0x1000;
 constexpr int kZipLevel = 1;  // level 4 halves the speed for 3 % of the size of float maps
-
-// Half values converted by OpenEXR into our own float planes (or interleaved vectors).
-struct Plane {
-  std::string name;
-  char* base;
-  size_t x_stride;
-  size_t y_stride;
-};
 
 cv::Size checked_size(const Imf::InputFile& file, const fs::path& path) {
   const Imath::Box2i box = file.header().dataWindow();
@@ -43,10 +37,11 @@ cv::Size checked_size(const Imf::InputFile& file, const fs::path& path) {
   return {int(width), int(height)};
 }
 
-void read_planes(Imf::InputFile& file, const std::vector<Plane>& planes) {
+void read_planes(Imf::InputFile& file, const std::vector<ExrPlane>& planes) {
+  if (read_zip_planes(&file, planes)) return;
   const Imath::Box2i box = file.header().dataWindow();
   Imf::FrameBuffer buffer;
-  for (const Plane& p : planes) {
+  for (const ExrPlane& p : planes) {
     char* origin = p.base - box.min.x * ptrdiff_t(p.x_stride) - box.min.y * ptrdiff_t(p.y_stride);
     buffer.insert(p.name, Imf::Slice(Imf::FLOAT, origin, p.x_stride, p.y_stride, 1, 1, 0.0));
   }
@@ -119,7 +114,7 @@ Image3 read_interleaved(const fs::path& path, const std::vector<std::string>& na
   return reading(path, [&](Imf::InputFile& file) {
     require_channels(file, names, path);
     Image3 image(checked_size(file, path));
-    std::vector<Plane> planes;
+    std::vector<ExrPlane> planes;
     for (int c = 0; c < 3; ++c) {
       planes.push_back({names[c], reinterpret_cast<char*>(image.data) + c * sizeof(float),
                         sizeof(Vec3), image.step[0]});
@@ -129,7 +124,7 @@ Image3 read_interleaved(const fs::path& path, const std::vector<std::string>& na
   });
 }
 
-void write_planes(const fs::path& path, cv::Size size, const std::vector<Plane>& planes,
+void write_planes(const fs::path& path, cv::Size size, const std::vector<ExrPlane>& planes,
                   PixelType type) {
   write_whole_file(path, [&](const fs::path& temporary) {
     Imf::Header header(size.width, size.height);
@@ -137,7 +132,7 @@ void write_planes(const fs::path& path, cv::Size size, const std::vector<Plane>&
     header.zipCompressionLevel() = kZipLevel;
     const Imf::PixelType stored = type == PixelType::kHalf ? Imf::HALF : Imf::FLOAT;
     Imf::FrameBuffer buffer;
-    for (const Plane& p : planes) {
+    for (const ExrPlane& p : planes) {
       header.channels().insert(p.name, Imf::Channel(stored));
       buffer.insert(p.name, Imf::Slice(stored, p.base, p.x_stride, p.y_stride));
     }
@@ -164,7 +159,7 @@ void write_interleaved(const fs::path& path, const Image3& image, const std::str
   cv::Mat pixels = image;
   if (type == PixelType::kHalf) image.convertTo(pixels, CV_16F);
   const size_t bytes = pixels.elemSize1();
-  std::vector<Plane> planes;
+  std::vector<ExrPlane> planes;
   for (int c = 0; c < 3; ++c) {
     planes.push_back({std::string(1, names[c]), reinterpret_cast<char*>(pixels.data) + c * bytes,
                       3 * bytes, pixels.step[0]});
@@ -183,7 +178,7 @@ std::vector<Image1> read_exr(const fs::path& path, const std::vector<std::string
     require_channels(file, channels, path);
     const cv::Size size = checked_size(file, path);
     std::vector<Image1> images;
-    std::vector<Plane> planes;
+    std::vector<ExrPlane> planes;
     for (const std::string& name : channels) {
       images.emplace_back(size);
       planes.push_back({name, reinterpret_cast<char*>(images.back().data), sizeof(float),
@@ -225,7 +220,7 @@ void write_exr(const fs::path& path, const std::vector<std::pair<std::string, Im
   } else {
     stored.assign(channels.begin(), channels.end());
   }
-  std::vector<Plane> planes;
+  std::vector<ExrPlane> planes;
   for (const auto& [name, image] : stored) {
     planes.push_back({name, reinterpret_cast<char*>(image.data), image.elemSize1(), image.step[0]});
   }

@@ -60,9 +60,31 @@ void write_normal_diffuse(const fs::path& file, const LayerMaps& maps) {
   write_exr(file, channels, PixelType::kHalf);
 }
 
-}  // namespace
+// Digits that mean nothing cost time to compress and room on the disk.
+constexpr float kPositionStep_mm = 1.f / 1024;
+constexpr float kConfidenceStep = 1.f / 256;
 
-namespace {
+void round_to(float step, cv::Mat values) {
+  float* const first = values.ptr<float>();
+  const size_t count = values.total() * size_t(values.channels());
+  for (size_t i = 0; i < count; ++i) first[i] = std::round(first[i] / step) * step;
+}
+
+Image3 rounded_position(const Image3& position_mm) {
+  Image3 rounded = position_mm.clone();
+  round_to(kPositionStep_mm, rounded);
+  return rounded;
+}
+
+void write_confidence(const fs::path& file, const std::map<std::string, Image1>& confidence) {
+  std::vector<std::pair<std::string, Image1>> channels;
+  for (const auto& [name, plane] : confidence) {
+    channels.emplace_back(name, plane.clone());
+    round_to(kConfidenceStep, channels.back().second);
+  }
+  write_exr(file, channels, PixelType::kHalf);
+}
+
 
 // Every map shows the same pixels.
 void require_one_size(const fs::path& folder, const LayerMaps& maps) {
@@ -115,16 +137,15 @@ void write_layer_maps(const fs::path& folder, const LayerMaps& maps) {
     jobs.push_back([&] { write_normal_diffuse(at("normal_diffuse"), maps); });
   }
   if (!maps.confidence.empty()) {
-    jobs.push_back([&] {
-      write_exr(at("confidence"), {maps.confidence.begin(), maps.confidence.end()},
-                PixelType::kHalf);
-    });
+    jobs.push_back([&] { write_confidence(at("confidence"), maps.confidence); });
   }
   for (const Map3& m : kMaps3) {
     if ((maps.*m.member).empty()) continue;
     jobs.push_back([&maps, &m, at] {
       if (m.xyz) {
-        write_exr_xyz(at(m.name), maps.*m.member, m.type);
+        const bool is_position = m.member == &LayerMaps::position_mm;
+        write_exr_xyz(at(m.name), is_position ? rounded_position(maps.position_mm) : maps.*m.member,
+                      m.type);
       } else {
         write_exr_rgb(at(m.name), maps.*m.member, m.type);
       }
