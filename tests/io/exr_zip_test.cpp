@@ -1,0 +1,103 @@
+// What libdeflate makes of a file is what OpenEXR itself makes of it.
+#include "io/exr_zip.h"
+
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfOutputFile.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "base/vec.h"
+#include "io/exr.h"
+#include "io/fake_session.h"
+
+namespace lamella {
+namespace {
+
+// Noise does not get smaller and is stored as it is; a ramp does.
+Image1 image(int rows, int cols, bool is_noise) {
+  Image1 out(rows, cols);
+  cv::RNG random(5);
+  for (int y = 0; y < rows; ++y) {
+    for (int x = 0; x < cols; ++x) {
+      out(y, x) = is_noise ? random.uniform(-1.f, 1.f) : 0.01f * float(x + y);
+    }
+  }
+  return out;
+}
+
+struct Kind {
+  Imf::Compression compression;
+  Imf::LineOrder order;
+  int rows, cols;
+  bool is_noise;
+};
+
+void write(const fs::path& path, const Kind& kind, const Image1& values) {
+  Imf::Header header(kind.cols, kind.rows);
+  header.compression() = kind.compression;
+  header.lineOrder() = kind.order;
+  header.channels().insert("Y", Imf::Channel(Imf::FLOAT));
+  header.channels().insert("A", Imf::Channel(Imf::FLOAT));
+  Imf::FrameBuffer buffer;
+  char* const base = reinterpret_cast<char*>(values.data);
+  buffer.insert("Y", Imf::Slice(Imf::FLOAT, base, sizeof(float), values.step[0]));
+  buffer.insert("A", Imf::Slice(Imf::FLOAT, base, sizeof(float), values.step[0]));
+  Imf::OutputFile file(path.c_str(), header, 0);
+  file.setFrameBuffer(buffer);
+  for (int i = 0; i < kind.rows; ++i) file.writePixels(1);
+}
+
+TEST(ExrZip, ReadsWhatOpenExrWroteBitForBit) {
+  const testing::ScratchFolder scratch;
+  const fs::path path = scratch.path() / "a.exr";
+  for (const Kind& kind : {Kind{Imf::ZIP_COMPRESSION, Imf::INCREASING_Y, 37, 23, false},
+                           Kind{Imf::ZIP_COMPRESSION, Imf::DECREASING_Y, 32, 8, false},
+                           Kind{Imf::ZIPS_COMPRESSION, Imf::INCREASING_Y, 5, 1, false},
+                           Kind{Imf::ZIPS_COMPRESSION, Imf::INCREASING_Y, 5, 41, true},
+                           Kind{Imf::ZIP_COMPRESSION, Imf::INCREASING_Y, 17, 41, true}}) {
+    const Image1 values = image(kind.rows, kind.cols, kind.is_noise);
+    write(path, kind, values);
+    Image1 got(values.size(), kNaN);
+    Imf::InputFile file(path.c_str(), 0);
+    ASSERT_TRUE(read_zip_planes(
+        &file, {{"Y", reinterpret_cast<char*>(got.data), sizeof(float), got.step[0]}}));
+    EXPECT_EQ(cv::norm(values, got, cv::NORM_INF), 0) << kind.rows << "x" << kind.cols;
+  }
+}
+
+TEST(ExrZip, LeavesOtherCompressionsToOpenExr) {
+  const testing::ScratchFolder scratch;
+  const fs::path path = scratch.path() / "a.exr";
+  const Kind kind{Imf::PIZ_COMPRESSION, Imf::INCREASING_Y, 20, 20, false};
+  const Image1 values = image(20, 20, false);
+  write(path, kind, values);
+  Image1 got(values.size(), kNaN);
+  Imf::InputFile file(path.c_str(), 0);
+  EXPECT_FALSE(read_zip_planes(
+      &file, {{"Y", reinterpret_cast<char*>(got.data), sizeof(float), got.step[0]}}));
+  EXPECT_EQ(cv::norm(values, read_exr(path, {"Y"})[0], cv::NORM_INF), 0);
+}
+
+TEST(ExrZip, SaysWhichLineIsDamaged) {
+  const testing::ScratchFolder scratch;
+  const fs::path path = scratch.path() / "a.exr";
+  write(path, {Imf::ZIP_COMPRESSION, Imf::INCREASING_Y, 37, 23, false}, image(37, 23, false));
+  std::fstream bytes(path, std::ios::in | std::ios::out | std::ios::binary);
+  bytes.seekp(-20, std::ios::end);
+  bytes.write("damaged!", 8);
+  bytes.close();
+  Image1 got(37, 23);
+  Imf::InputFile file(path.c_str(), 0);
+  try {
+    read_zip_planes(&file, {{"Y", reinterpret_cast<char*>(got.data), sizeof(float), got.step[0]}});
+    FAIL() << "the damage was not seen";
+  } catch (const std::exception& e) {
+    EXPECT_NE(std::string(e.what()).find("line 32"), std::string::npos) << e.what();
+  }
+}
+
+}  // namespace
+}  // namespace lamella
