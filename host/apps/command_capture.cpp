@@ -28,6 +28,7 @@ struct Options {
   SimulatedRigOptions simulated;
   bool held = false;
   bool discard_held = false;
+  bool replace = false;
   bool json = false;
 };
 
@@ -146,6 +147,10 @@ int capture(const Options& options) {
   if (options.rig != "sim" && (colon == std::string::npos || colon + 1 == options.rig.size())) {
     throw_bad_input("--rig", "\"" + options.rig + "\"", "give sim, or the rig's HOST:PORT");
   }
+  if (!options.replace && fs::exists(options.out / "session.json")) {
+    throw_bad_input(options.out.string(), "holds a session already",
+                    "give another --out, or --replace to lose that one, its fit included");
+  }
   if (options.rig == "sim") require_simulated_rig(options.simulated);
   catch_interrupts();
   WholeFolder folder(options.out, "session.json");
@@ -177,6 +182,8 @@ void add_capture(CLI::App& app, int* exit_code) {
   command->add_flag("--held", options->held, "Fetch what the rig still holds; no new burst");
   command->add_flag("--discard-held", options->discard_held,
                     "Give up photographs of an earlier burst that the rig still holds");
+  command->add_flag("--replace", options->replace,
+                    "Put the new session where an old one is; the old one is lost");
   command->add_flag("--json", options->json, "Report as JSON");
   command->callback([options, exit_code] { *exit_code = capture(*options); });
 }

@@ -1,7 +1,8 @@
-// lamella rig plan: the burst that a rig file would play, before anything moves.
+// lamella rig plan: the burst that a rig file would play, before anything moves; status, abort: a
+// rig that answers.
 #include <fmt/format.h>
 
-#include <fstream>
+#include <functional>
 #include <map>
 #include <memory>
 
@@ -10,6 +11,7 @@
 #include "apps/process_rig.h"
 #include "apps/report.h"
 #include "base/error.h"
+#include "io/link_client.h"
 #include "io/vcd.h"
 #include "io/whole_file.h"
 
@@ -109,6 +111,53 @@ int run_plan(const PlanArguments& args) {
   throw_bad_input(args.rig_file, "the rig would not play this: " + plan.refusal());
 }
 
+struct RigArguments {
+  std::string rig;
+  bool json = false;
+};
+
+void print_status(const LinkClient& client, const v1::Status& status, const RigArguments& args) {
+  const std::string state = v1::RigState_Name(status.state());
+  if (args.json) {
+    print_json({{"rig", args.rig},
+                {"state", state},
+                {"fault", status.fault()},
+                {"burst", status.burst_id()},
+                {"frames_held", status.frames_held()},
+                {"hal", client.welcome().hal()},
+                {"firmware", client.welcome().firmware_version()}});
+    return;
+  }
+  fmt::print("{}: {}{}\n", args.rig, state, status.fault().empty() ? "" : ", " + status.fault());
+  fmt::print("  firmware {}, {} hardware, {} LEDs, {} cameras\n",
+             client.welcome().firmware_version(), client.welcome().hal(),
+             client.welcome().led_count(), client.welcome().camera_count());
+  fmt::print("  photographs held: {} of burst {}\n", status.frames_held(), status.burst_id());
+}
+
+// Exit 1 while the rig is in FAULT.
+int run_status(const RigArguments& args) {
+  LinkClient client(args.rig);
+  const v1::Status status = client.status();
+  print_status(client, status, args);
+  return status.state() == v1::FAULT ? 1 : 0;
+}
+
+int run_abort(const RigArguments& args) {
+  LinkClient client(args.rig);
+  print_status(client, client.abort(), args);
+  return 0;
+}
+
+void add_rig_command(CLI::App* rig, const std::string& name, const std::string& help,
+                     const std::function<void(const RigArguments&)>& run) {
+  auto args = std::make_shared<RigArguments>();
+  CLI::App* command = rig->add_subcommand(name, help);
+  command->add_option("--rig", args->rig, "HOST:PORT of the rig")->required();
+  command->add_flag("--json", args->json, "Report as JSON");
+  command->callback([args, run] { run(*args); });
+}
+
 }  // namespace
 
 void add_rig(CLI::App& app, int* exit_code) {
@@ -123,6 +172,10 @@ void add_rig(CLI::App& app, int* exit_code) {
   plan->add_option("--vcd", args->vcd, "Edges to write, for a logic analyser's viewer");
   plan->add_flag("--json", args->json, "Report as JSON");
   plan->callback([args, exit_code] { *exit_code = run_plan(*args); });
+  add_rig_command(rig, "status", "What a rig is doing, and what it holds",
+                  [exit_code](const RigArguments& a) { *exit_code = run_status(a); });
+  add_rig_command(rig, "abort", "Lights off: drops the burst under way, clears a fault",
+                  [exit_code](const RigArguments& a) { *exit_code = run_abort(a); });
 }
 
 }  // namespace lamella::apps

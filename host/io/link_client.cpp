@@ -143,6 +143,15 @@ v1::Status LinkClient::status() {
   return reply.status();
 }
 
+v1::Status LinkClient::abort() {
+  v1::Request request;
+  request.mutable_abort();
+  const v1::Reply reply = asked("an abort", request);
+  if (reply.has_refusal()) throw_refusal(reply);
+  if (!reply.has_status()) fail("answered an abort with something else");
+  return reply.status();
+}
+
 Burst LinkClient::run_burst(const std::string& subject, bool discard_held) {
   v1::Request request;
   request.mutable_burst()->set_subject(subject);

@@ -43,6 +43,9 @@ class LinkClient {
 
   v1::Status status();
 
+  // Lights off; drops a burst that is under way, clears a FAULT. The state after it.
+  v1::Status abort();
+
   // The rig's calibration: a lamella.v1.Session in proto3 JSON, without frames.
   std::string calibration();
 

@@ -152,13 +152,26 @@ void caption(const Fonts& fonts, const Tile& tile, cv::Rect at) {
   draw.AddText(fonts.text, 0.82f * px, {first.x, first.y + 1.25f * px}, kGrey, note.c_str());
 }
 
-void title(const Fonts& fonts, const std::string& subject, cv::Rect head) {
+// "specular + deep, as fitted": the layers that are drawn.
+std::string drawn_layers(const LayerGains& gains) {
+  std::string words;
+  const std::pair<const char*, float> layers[] = {{"specular", gains.specular},
+                                                  {"single", gains.single},
+                                                  {"shallow", gains.shallow},
+                                                  {"deep", gains.deep}};
+  for (const auto& [name, gain] : layers) {
+    if (gain > 0) words += (words.empty() ? "" : " + ") + std::string(name);
+  }
+  return words.empty() ? "no layer" : words + ", as fitted";
+}
+
+void title(const Fonts& fonts, const SheetRequest& request, cv::Rect head) {
   ImDrawList& draw = *ImGui::GetBackgroundDrawList();
   const float px = fonts.text->FontSize;
   const ImVec2 first(1.4f * px, float(head.height) - 3.9f * px);
-  draw.AddText(fonts.title, fonts.title->FontSize, first, kWhite, subject.c_str());
+  draw.AddText(fonts.title, fonts.title->FontSize, first, kWhite, request.subject.c_str());
   draw.AddText(fonts.text, 0.9f * px, {first.x, first.y + 1.9f * px}, kGrey,
-               "specular + single + shallow + deep, as fitted");
+               drawn_layers(request.look.gains).c_str());
 }
 
 void draw_words(const Target& sheet, const std::function<void()>& words) {
@@ -207,7 +220,7 @@ cv::Mat3b draw_sheet(Renderer* renderer, const Fonts& fonts, const v1::Layers& l
     place(look, layout.tile[i]);
   }
   draw_words(sheet, [&] {
-    title(fonts, request.subject, layout.head);
+    title(fonts, request, layout.head);
     for (size_t i = 0; i < four.size(); ++i) caption(fonts, four[i], layout.tile[i]);
   });
   return picture_of(sheet);

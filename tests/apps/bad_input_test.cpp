@@ -286,5 +286,31 @@ TEST_F(Command, CapturesWholeAndLetsTheRigForgetOnlyThen) {
   EXPECT_TRUE(fs::exists(at("s/timing.json")));
 }
 
+TEST_F(Command, CaptureLosesNoSessionUnlessToldTo) {
+  testing::FakeRig rig;
+  testing::load_burst(&rig, testing::kFakeSize);
+  testing::write_fake_session(at("s"));
+  std::ofstream(at("s/notes.txt")) << "mine";
+  EXPECT_EQ(run_lamella({"capture", "--rig", rig.address(), "--out", in("s")}).exit_code, 2);
+  EXPECT_TRUE(fs::exists(at("s/notes.txt")));
+  const Outcome told =
+      run_lamella({"capture", "--rig", rig.address(), "--out", in("s"), "--replace"});
+  EXPECT_EQ(told.exit_code, 0) << told.err;
+  EXPECT_FALSE(fs::exists(at("s/notes.txt")));
+}
+
+TEST_F(Command, RigStatusTellsAFaultAndRigAbortClearsIt) {
+  testing::FakeRigFaults faults;
+  faults.stands_in_fault = true;
+  testing::FakeRig rig(faults);
+  const Outcome status = run_lamella({"rig", "status", "--rig", rig.address()});
+  EXPECT_EQ(status.exit_code, 1);
+  EXPECT_NE(status.out.find("FAULT, a camera missed a trigger"), std::string::npos) << status.out;
+  EXPECT_EQ(run_lamella({"rig", "abort", "--rig", rig.address()}).exit_code, 0);
+  const Outcome after = run_lamella({"rig", "status", "--rig", rig.address(), "--json"});
+  EXPECT_EQ(after.exit_code, 0);
+  EXPECT_EQ(json::parse(after.out)["state"], "IDLE");
+}
+
 }  // namespace
 }  // namespace lamella

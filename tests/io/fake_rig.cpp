@@ -139,9 +139,14 @@ void FakeRig::answer(const v1::Request& request, Socket* socket, int fd) {
       reply.mutable_welcome()->set_protocol_version(faults_.protocol_version);
       return say(request, reply, socket);
     case v1::Request::kStatus:
-      reply.mutable_status()->set_state(v1::IDLE);
+      reply.mutable_status()->set_state(faults_.stands_in_fault ? v1::FAULT : v1::IDLE);
+      if (faults_.stands_in_fault) reply.mutable_status()->set_fault("a camera missed a trigger");
       reply.mutable_status()->set_burst_id(kBurstId);
       reply.mutable_status()->set_frames_held(uint32_t(photographs_.size()));
+      return say(request, reply, socket);
+    case v1::Request::kAbort:
+      faults_.stands_in_fault = false;
+      reply.mutable_status()->set_state(v1::IDLE);
       return say(request, reply, socket);
     case v1::Request::kBurst:
       return answer_burst(request, socket);

@@ -34,6 +34,7 @@ struct FakeRigFaults {
   bool cut_during_burst = false;   // the connection breaks, the burst goes on
   bool refuses_burst = false;
   double reply_delay_s = 0;
+  bool stands_in_fault = false;  // until an Abort
 };
 
 class FakeRig {
