@@ -19,7 +19,6 @@ namespace lamella {
 
 namespace {
 
-
 constexpr uint32_t kExrMagic = 20000630;
 constexpr uint32_t kExrDeepOrMultiPart = 0x800 | 0x1000;
 constexpr int kZipLevel = 1;  // level 4 halves the speed for 3 % of the size of float maps

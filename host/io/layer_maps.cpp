@@ -85,7 +85,6 @@ void write_confidence(const fs::path& file, const std::map<std::string, Image1>&
   write_exr(file, channels, PixelType::kHalf);
 }
 
-
 // Every map shows the same pixels.
 void require_one_size(const fs::path& folder, const LayerMaps& maps) {
   const auto require = [&](const std::string& file, cv::Size size) {
