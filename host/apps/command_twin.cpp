@@ -97,6 +97,8 @@ void run_twin(const TwinArguments& a) {
   if (listener) {
     // What a burst will most likely ask for; any other light is worked out when it comes.
     twin::prepare_burst(photographer.rig(), &studio);
+    std::printf("prepared\n");
+    std::fflush(stdout);
     twin::serve(*listener, photographer, &studio, [] { return stop_asked != 0; });
   }
 }

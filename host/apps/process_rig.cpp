@@ -74,7 +74,9 @@ SimulatedRig::SimulatedRig(const SimulatedRigOptions& options) {
   // clang-format on
   Progress progress("starting the simulated rig", 2);
   twin_ = std::make_unique<ChildProcess>("lamella twin", twin, folder_.path());
-  twin_->wait_for_line("serving ", kTwinReady_s, interrupted);
+  // On the real clock nothing else may work while edges are played, the twin least of all.
+  const std::string ready = options.clock == "real" ? "prepared" : "serving ";
+  twin_->wait_for_line(ready, kTwinReady_s, interrupted);
   progress.advance(1);
   firmware_ = std::make_unique<ChildProcess>("lamella-rigd", firmware, folder_.path());
   address_ = firmware_->wait_for_line("listening on ", kFirmwareReady_s, interrupted);
