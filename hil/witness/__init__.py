@@ -1,0 +1,1 @@
+"""What really happened on the lines, from witnesses other than the firmware."""

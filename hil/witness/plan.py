@@ -1,0 +1,80 @@
+"""The burst that a rig file asks for, as `lamella-rigd --plan` writes it."""
+import re
+import subprocess
+from typing import NamedTuple
+
+TOKEN = re.compile(r'\s*(?:(\w+)\s*(\{|:\s*("(?:[^"\\]|\\.)*"|\S+))|(\}))')
+
+
+class PlannedEdge(NamedTuple):
+    """One edge of the plan; t_us is counted from the burst's zero."""
+    t_us: float
+    tolerance_us: float
+    line: str
+    value: int
+    step: int
+
+
+class Plan(NamedTuple):
+    """Edges in the order of time; roles[step] is a name of Frame.Role."""
+    edges: list
+    roles: list
+
+
+def parse_text(text):
+    """protobuf's text format to nested {field: [values]}; numbers stay text."""
+    root, stack = {}, []
+    current = root
+    for name, opener, value, closer in TOKEN.findall(text):
+        if closer:
+            current = stack.pop()
+        elif opener == "{":
+            stack.append(current)
+            current = current.setdefault(name, [])
+            current.append({})
+            current = current[-1]
+        else:
+            current.setdefault(name, []).append(value.strip('"'))
+    return root
+
+
+def _number(message, field):
+    return float(message.get(field, ["0"])[0])
+
+
+def from_text(text):
+    """protoc's --decode of a lamella.v1.Plan; fields that are 0 are not written."""
+    message = parse_text(text)
+    edges = [PlannedEdge(_number(edge, "planned_us"), _number(edge, "tolerance_us"),
+                         edge["line"][0], int(_number(edge, "value")), int(_number(edge, "step")))
+             for edge in message.get("edges", [])]
+    roles = [step.get("role", ["ROLE_UNSPECIFIED"])[0] for step in message.get("steps", [])]
+    if message.get("refusal"):
+        raise ValueError(f"the rig would not play this plan: {message['refusal'][0]}")
+    return Plan(edges, roles)
+
+
+def read(rigd, rig_file, proto_folder):
+    """Asks the firmware for its plan."""
+    encoded = subprocess.run([rigd, "--plan", "--rig", rig_file], check=True, capture_output=True)
+    decoded = subprocess.run(
+        ["protoc", "--decode=lamella.v1.Plan", f"-I{proto_folder}", "plan.proto"],
+        input=encoded.stdout, check=True, capture_output=True)
+    return from_text(decoded.stdout.decode())
+
+
+def led_steps(plan):
+    """Steps that load the LED chain, in the order of the plan."""
+    return [edge.step for edge in plan.edges if edge.line == "SHIFT"]
+
+
+def read_leds(rig_file):
+    """`led.N = chip output x y z` lines of a rig file to [(chip, output, (x, y, z))]."""
+    leds = []
+    with open(rig_file, encoding="utf-8") as lines:
+        for line in lines:
+            found = re.match(r"\s*led\.\d+\s*=\s*(.*?)\s*(#|$)", line)
+            if found:
+                chip, output, *direction = found[1].split()
+                leds.append((int(chip), int(output), tuple(map(float, direction))))
+    return leds
