@@ -1,0 +1,1 @@
+"""One list of scenes, and the targets that it is run on."""

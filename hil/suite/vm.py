@@ -1,0 +1,86 @@
+"""Target vm: the arm64 firmware on a stock kernel; its witness is that kernel's trace."""
+import re
+import shutil
+import subprocess
+
+from suite.controls import FAULTS
+from suite.evidence import Burst, Evidence, Light, read_record
+from witness import compare, kernel_trace, led_chain, plan, vcd
+
+BUS = ("SPI_SCK", "SPI_MOSI")
+LIGHTS = ("off-term-leds", "off-term-lamp", "off-kill-leds", "off-kill-lamp", "control-no-pull-up")
+
+
+class MachineError(Exception):
+    """The machine did not play its scenes."""
+
+
+def install(root, say):
+    """Debian's cross-compiler, emulator and decoders, where they are missing."""
+    say("what the machine is built with")
+    subprocess.run([root / "hil/vm/install"], check=True)
+
+
+def build(root, cache, say):
+    """Makes the machine, or finds it made; returns its kernel's version."""
+    vm = root / "hil/vm"
+    say("the machine's packages")
+    kernel = subprocess.run([vm / "fetch", cache], check=True,
+                            stdout=subprocess.PIPE).stdout.decode().strip()
+    say(f"modules for {kernel}")
+    subprocess.run([vm / "modules", cache, kernel], check=True)
+    say("firmware for arm64")
+    subprocess.run([vm / "programs", cache, kernel], check=True)
+    say("initramfs")
+    subprocess.run([vm / "initramfs", cache, kernel], check=True)
+    return kernel
+
+
+def boot(root, cache, kernel, out, say):
+    """Boots once and plays every scene; the guest leaves a folder for each under out."""
+    shutil.rmtree(out, ignore_errors=True)
+    out.mkdir(parents=True)
+    say("boot")
+    subprocess.run([root / "hil/vm/boot", cache, kernel, out], check=True)
+
+
+def _text(path):
+    if not path.exists():
+        raise MachineError(f"the machine left no {path}: see {path.parent.parent / 'console'}")
+    return path.read_text(encoding="utf-8", errors="replace")
+
+
+def _refuse_lost_events(key, stats):
+    lost = re.findall(r"^(?:overrun|commit overrun|dropped events): ([1-9]\d*)$", stats, re.M)
+    if lost:
+        raise MachineError(f"{key}: the kernel's trace lost {', '.join(lost)} events")
+
+
+def _burst(out, key):
+    folder = out / key
+    if _text(folder / "exit").strip() != "0":
+        raise MachineError(f"{key}: the player failed: {_text(folder / 'errors').strip()}")
+    _refuse_lost_events(key, _text(folder / "stats"))
+    edges = kernel_trace.edges((folder / "trace").read_bytes(),
+                               kernel_trace.read_format(_text(out / "machine/gpio_value.format")),
+                               kernel_trace.read_line_names(_text(out / "machine/gpio")))
+    vcd_file = folder / "lines.vcd"
+    vcd.write(vcd_file, edges, BUS + compare.LINES)
+    return Burst(edges, compare.LINES, read_record(_text(folder / "record")),
+                 frames=led_chain.frames(edges), vcd_file=str(vcd_file))
+
+
+def _light(out, key):
+    told = _text(out / key / "light").strip()
+    return Light(float(told.split()[1]) if told.startswith("off ") else None, told)
+
+
+def read(root, programs, out):
+    """Everything that a boot left under out."""
+    rig_file = root / "firmware/board/vm.rig"
+    machine = {name: _text(out / "machine" / name).split() for name in ("devices", "idle")}
+    machine["kernel"] = _text(out / "machine/kernel").strip()
+    return Evidence("vm", plan.read(programs / "lamella-rigd", rig_file, root / "proto"),
+                    plan.read_leds(rig_file),
+                    {key: _burst(out, key) for key in ("burst", "burst-again", *FAULTS)},
+                    {key: _light(out, key) for key in LIGHTS}, machine)
