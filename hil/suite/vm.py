@@ -7,6 +7,7 @@ from suite.controls import FAULTS
 from suite.evidence import Burst, Evidence, Light, read_record
 from witness import compare, kernel_trace, led_chain, plan, vcd
 
+TIMED_OUT = 124  # of the command timeout
 BUS = ("SPI_SCK", "SPI_MOSI")
 LIGHTS = ("off-term-leds", "off-term-lamp", "off-kill-leds", "off-kill-lamp", "control-no-pull-up")
 
@@ -41,7 +42,10 @@ def boot(root, cache, kernel, out, say):
     shutil.rmtree(out, ignore_errors=True)
     out.mkdir(parents=True)
     say("boot")
-    subprocess.run([root / "hil/vm/boot", cache, kernel, out], check=True)
+    done = subprocess.run([root / "hil/vm/boot", cache, kernel, out])
+    if done.returncode == TIMED_OUT:
+        raise MachineError(f"the machine never switched itself off: see {out / 'console'}")
+    done.check_returncode()
 
 
 def _text(path):
