@@ -98,8 +98,7 @@ static bool trigger(struct hal_sim* sim, bool level, double t_us) {
   struct sim_shot* last = sim->shot_count > 0 ? &sim->shots[sim->shot_count - 1] : NULL;
   if (!level) {
     last->close_us = effect_us;
-    if (is_read_out(sim, effect_us, sim->shot_count - 1)) return true;
-    last->missed = true;
+    last->missed = last->missed || !is_read_out(sim, effect_us, sim->shot_count - 1);
     return true;
   }
   if (sim->shot_count == SIM_MAX_EVENTS) return false;

@@ -48,7 +48,7 @@ static void describe_budget(const struct budget* budget, lamella_v1_Plan* plan) 
 }
 
 enum lam_status plan_describe(const struct rig* rig, lamella_v1_Plan* plan) {
-  static struct timeline timeline;
+  struct timeline timeline;
   struct burst_plan burst;
   struct budget budget;
   struct safety_finding finding;

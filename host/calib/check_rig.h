@@ -5,7 +5,7 @@
 
 namespace lamella {
 
-// Lines for the baseline of the stereo pair and for the LEDs.
+// Lines for what the cameras and the projector see, for the baseline and for the LEDs.
 std::vector<CheckLine> check_rig(const Session& session);
 
 }  // namespace lamella

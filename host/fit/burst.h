@@ -50,7 +50,7 @@ struct Burst {
   Image3 dots;                    // cross - black
   std::array<Image3, 4> stripes;  // cross - black
   Mask clipped_projector;
-  float black_level = 0;  // b, estimated: median of BLACK / FRONT cross
+  float black_level = 0;  // b, estimated: BLACK over FRONT cross, both summed over the subject
 
   // Right camera; empty where there is none.
   std::vector<Image3> right_fringe;  // cross - black

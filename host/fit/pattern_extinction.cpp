@@ -28,17 +28,19 @@ float dot_light(const Patterns& patterns, float u_px, float v_px) {
 }
 
 void remove_pattern_extinction(const Geometry& geometry, Burst* burst) {
-  const float leak = float(burst->session->left.extinction) * (1 - burst->black_level);
-  if (leak <= 0) return;
+  const float extinction = float(burst->session->left.extinction), b = burst->black_level;
+  if (extinction <= 0) return;
   const Patterns& patterns = burst->session->patterns;
+  // Black emits too, and what of it leaked is gone from the BLACK that was subtracted.
+  const auto emitted = [&](float pattern) { return b + (1 - b) * pattern; };
   parallel_for(burst->regions.rows, [&](int y) {
     for (int x = 0; x < burst->regions.cols; ++x) {
       const Vec2 at = geometry.projector_px(y, x);
       if (!std::isfinite(at[0])) continue;
-      const Vec3 leaked = (burst->front.parallel(y, x) - burst->front.cross(y, x)) * leak;
-      burst->dots(y, x) -= leaked * dot_light(patterns, at[0], at[1]);
+      const Vec3 leaked = (burst->front.parallel(y, x) - burst->front.cross(y, x)) * extinction;
+      burst->dots(y, x) -= leaked * emitted(dot_light(patterns, at[0], at[1]));
       for (int k = 0; k < 4; ++k) {
-        burst->stripes[size_t(k)](y, x) -= leaked * stripe_light(patterns, k, at[0]);
+        burst->stripes[size_t(k)](y, x) -= leaked * emitted(stripe_light(patterns, k, at[0]));
       }
     }
   });

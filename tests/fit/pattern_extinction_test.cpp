@@ -11,7 +11,7 @@ using testing::kHeight;
 using testing::kWidth;
 using testing::LitPlane;
 
-constexpr float kExtinction = 0.03f, kPolarized = 0.4f, kBlackLevel = 0.01f;
+constexpr float kExtinction = 0.03f, kPolarized = 0.4f, kBlackLevel = 0.04f;
 
 // The format's own words: white where floor((u - k shift) mod period) < period / 2.
 float stripe_lit(const Patterns& p, int k, double u) {
@@ -39,8 +39,10 @@ double share_left(const Image3& clean, const LitPlane& plane, Image3* leaking, c
                   Burst* burst) {
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
-      const float leak = kExtinction * kPolarized * (1 - kBlackLevel);
-      (*leaking)(y, x) += Vec3::all(leak * light(plane.geometry.projector_px(y, x)));
+      // The projector's black shines too.
+      const float emitted =
+          kBlackLevel + (1 - kBlackLevel) * light(plane.geometry.projector_px(y, x));
+      (*leaking)(y, x) += Vec3::all(kExtinction * kPolarized * emitted);
     }
   }
   remove_pattern_extinction(plane.geometry, burst);
@@ -69,6 +71,23 @@ TEST(PatternExtinction, WhatLeaksBetweenDotsIsTakenOut) {
     return testing::dot_lit(plane.session->patterns, double(at[0]), double(at[1]));
   };
   EXPECT_LT(share_left(clean, plane, &plane.burst.dots, light, &plane.burst), 0.05);
+}
+
+TEST(PatternExtinction, WhatTheProjectorsBlackLeaksInADotIsTakenOutToo) {
+  LitPlane plane = leaking_plane();
+  const Image3 clean = plane.burst.dots.clone();
+  const Patterns& patterns = plane.session->patterns;
+  const auto light = [&](const Vec2& at) { return dot_light(patterns, at[0], at[1]); };
+  share_left(clean, plane, &plane.burst.dots, light, &plane.burst);
+  int dark = 0;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      if (light(plane.geometry.projector_px(y, x)) > 0) continue;
+      ++dark;
+      ASSERT_NEAR(plane.burst.dots(y, x)[1], clean(y, x)[1], 1e-6);
+    }
+  }
+  EXPECT_GT(dark, 100);
 }
 
 TEST(PatternExtinction, APerfectAnalyserChangesNothing) {
