@@ -168,6 +168,11 @@ static enum lam_status parse_led(struct parser* parser, const char* key, const c
 
 static enum lam_status parse_pair(struct parser* parser, const char* key, const char* value) {
   if (strncmp(key, "led.", 4) == 0) return parse_led(parser, key, value);
+  if (strncmp(key, "linux.", 6) == 0) {
+    parser->error->line = parser->line;
+    return rig_linux_take(&parser->rig->board, key, value, parser->error->text) ? LAM_OK
+                                                                                : LAM_BAD_INPUT;
+  }
   for (size_t i = 0; i < kChoiceCount; i++) {
     if (strcmp(key, kChoices[i].name) == 0) return parse_choice(parser, i, value);
   }
@@ -203,6 +208,10 @@ static enum lam_status require_every_key(struct parser* parser) {
     if (!parser->choice_seen[i]) return fail(parser, 0, "missing key '%s'", kChoices[i].name);
   }
   if (parser->rig->led_count == 0) return fail(parser, 0, "missing key 'led.0'");
+  const char* missing = rig_linux_missing(&parser->rig->board);
+  if (parser->rig->board.given && missing != NULL) {
+    return fail(parser, 0, "missing key '%s'", missing);
+  }
   if (parser->rig->projector_light_periods != floor(parser->rig->projector_light_periods)) {
     return fail(parser, 0, "'projector.light_periods' must be a whole number");
   }

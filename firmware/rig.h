@@ -6,6 +6,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "rig_linux.h"
 #include "status.h"
 
 enum { RIG_MAX_LEDS = 168, RIG_MAX_TEXT_BYTES = 65536 };
@@ -33,6 +34,7 @@ struct rig {
   double light_leds_lux, light_projector_lux, light_least_share;
   bool analyser_parks_crossed;
   bool camera_readout_overlaps;  // a sensor may integrate while the last frame is read out
+  struct rig_linux board;
   size_t led_count;
   struct led_place leds[RIG_MAX_LEDS];
 };
