@@ -1,0 +1,65 @@
+#define _GNU_SOURCE
+#include "hal_linux_time.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <math.h>
+#include <sched.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <time.h>
+#include <unistd.h>
+
+double linux_now_us(void) {
+  struct timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return (double)now.tv_sec * 1e6 + (double)now.tv_nsec * 1e-3;
+}
+
+void linux_wait_until_us(double t_us, double spin_us) {
+  const double wake_us = t_us - spin_us;
+  if (wake_us > linux_now_us()) {
+    const struct timespec wake = {.tv_sec = (time_t)(wake_us / 1e6),
+                                  .tv_nsec = (long)(fmod(wake_us, 1e6) * 1e3)};
+    // A signal ends the sleep early; the spin below still keeps the time.
+    clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &wake, NULL);
+  }
+  while (linux_now_us() < t_us) continue;
+}
+
+static int report(bool had, const char* setting) {
+  if (had) return 0;
+  fprintf(stderr, "lamella-rigd: timing: %s cannot be had: %s\n", setting, strerror(errno));
+  return 1;
+}
+
+static bool pin(int cpu) {
+  cpu_set_t cpus;
+  CPU_ZERO(&cpus);
+  CPU_SET(cpu, &cpus);
+  return sched_setaffinity(0, sizeof cpus, &cpus) == 0;
+}
+
+// The kernel honours the 0 us for as long as the file is open.
+static int forbid_deep_sleep(void) {
+  const int fd = open("/dev/cpu_dma_latency", O_WRONLY | O_CLOEXEC);
+  const int32_t latency_us = 0;
+  if (fd < 0 || write(fd, &latency_us, sizeof latency_us) == sizeof latency_us) return fd;
+  const int reason = errno;
+  close(fd);
+  errno = reason;
+  return -1;
+}
+
+int linux_time_settle(const struct rig_linux* board, int* latency_fd) {
+  char setting[64];
+  snprintf(setting, sizeof setting, "processor %d (linux.cpu)", (int)board->cpu);
+  int missing = report(pin((int)board->cpu), setting);
+  const struct sched_param param = {.sched_priority = (int)board->priority};
+  missing += report(sched_setscheduler(0, SCHED_FIFO, &param) == 0, "SCHED_FIFO (linux.priority)");
+  missing += report(mlockall(MCL_CURRENT | MCL_FUTURE) == 0, "locked memory");
+  *latency_fd = forbid_deep_sleep();
+  return missing + report(*latency_fd >= 0, "/dev/cpu_dma_latency");
+}

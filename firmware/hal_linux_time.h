@@ -1,0 +1,17 @@
+// The kernel's monotonic clock, and what keeps the kernel from making the player late.
+#ifndef LAMELLA_FIRMWARE_HAL_LINUX_TIME_H
+#define LAMELLA_FIRMWARE_HAL_LINUX_TIME_H
+
+#include "rig_linux.h"
+
+double linux_now_us(void);
+
+// Sleeps to spin_us before t_us and spins to it; at once where t_us has passed.
+void linux_wait_until_us(double t_us, double spin_us);
+
+// Pins this thread, makes it SCHED_FIFO, locks memory and keeps processors out of deep sleep. What
+// cannot be had is a line on stderr; the count of those is returned. *latency_fd is to stay open
+// for as long as timing matters; -1 where there is none.
+int linux_time_settle(const struct rig_linux* board, int* latency_fd);
+
+#endif
