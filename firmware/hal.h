@@ -12,10 +12,22 @@
 #include "status.h"
 
 enum hal_line {
-  HAL_BLANK,    // 1: LED outputs off. Pulled up, and requested with 1
-  HAL_LATCH,    // rising: the shifted codes become the outputs' codes
-  HAL_TRIGGER,  // both cameras: they integrate while it is high, start_delay later
-  HAL_LAMP,     // 0: the projector's lamp is shuttered
+  HAL_BLANK,      // 1: LED outputs off. Pulled up, and requested with 1
+  HAL_LATCH,      // rising: the shifted codes become the outputs' codes
+  HAL_TRIGGER,    // both cameras: they integrate while it is high, start_delay later
+  HAL_LAMP,       // 0: the projector's lamp is shuttered
+  HAL_HEARTBEAT,  // each edge re-arms the monostable that holds BLANK up by itself
+  HAL_READY,      // the operator's light
+  HAL_BUZZER,
+  HAL_LINES,
+};
+
+// What the rig's inputs say. A rig without an input says the harmless thing.
+struct hal_senses {
+  bool start_pressed;
+  bool estopped;                 // the LED supply is cut
+  bool at_parallel, at_crossed;  // the actuator's end stops
+  double hottest_c;              // of the thermistors; NaN where there are none
 };
 
 struct hal_pattern {
@@ -43,8 +55,10 @@ struct hal {
   // which becomes the burst's zero.
   enum lam_status (*prepare)(void* self, double* zero_us);
   enum lam_status (*set_line)(void* self, enum hal_line line, bool level, double* at_us);
-  // Returns when the last bit is in the chain; BLANK must be 1.
-  enum lam_status (*shift_leds)(void* self, const uint8_t stream[CHAIN_BYTES], double* at_us);
+  // Returns when the last bit is in the chain; BLANK must be 1. `pushed_out`, where it is not NULL,
+  // gets the bits that left the far end meanwhile: what the chain held before.
+  enum lam_status (*shift_leds)(void* self, const uint8_t stream[CHAIN_BYTES],
+                                uint8_t pushed_out[CHAIN_BYTES], double* at_us);
   // Shows the pattern from the next vblank on; `flipped` becomes true then, once, and says when.
   enum lam_status (*commit_pattern)(void* self, struct hal_pattern pattern, double* at_us);
   bool (*flipped)(void* self, double* at_us);
@@ -54,6 +68,8 @@ struct hal {
   // The photograph that trigger pulse number `shot` since prepare() took with one camera.
   enum lam_status (*read_photograph)(void* self, unsigned shot, unsigned camera,
                                      struct hal_photograph* photograph);
+  // Quick enough for the gap between two edges.
+  enum lam_status (*sense)(void* self, struct hal_senses* senses);
   void (*lights_off)(void* self);
   void (*close)(void* self);
 };

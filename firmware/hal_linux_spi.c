@@ -33,9 +33,13 @@ enum lam_status linux_spi_open(struct linux_spi* spi, const char* device, double
   return fail(spi, device, strerror(reason));
 }
 
-enum lam_status linux_spi_shift(struct linux_spi* spi, const uint8_t stream[CHAIN_BYTES]) {
-  const struct spi_ioc_transfer transfer = {
-      .tx_buf = (uintptr_t)stream, .len = CHAIN_BYTES, .speed_hz = spi->hz, .bits_per_word = 8};
+enum lam_status linux_spi_shift(struct linux_spi* spi, const uint8_t stream[CHAIN_BYTES],
+                                uint8_t pushed_out[CHAIN_BYTES]) {
+  const struct spi_ioc_transfer transfer = {.tx_buf = (uintptr_t)stream,
+                                            .rx_buf = (uintptr_t)pushed_out,
+                                            .len = CHAIN_BYTES,
+                                            .speed_hz = spi->hz,
+                                            .bits_per_word = 8};
   const int sent = ioctl(spi->fd, SPI_IOC_MESSAGE(1), &transfer);
   if (sent == CHAIN_BYTES) return LAM_OK;
   return fail(spi, "shifting the LED chain", sent < 0 ? strerror(errno) : "cut short");

@@ -14,7 +14,9 @@ struct linux_spi {
 enum lam_status linux_spi_open(struct linux_spi* spi, const char* device, double hz);
 
 // Returns when the kernel has shifted the last bit.
-enum lam_status linux_spi_shift(struct linux_spi* spi, const uint8_t stream[CHAIN_BYTES]);
+// pushed_out: as hal.h says.
+enum lam_status linux_spi_shift(struct linux_spi* spi, const uint8_t stream[CHAIN_BYTES],
+                                uint8_t pushed_out[CHAIN_BYTES]);
 
 void linux_spi_close(struct linux_spi* spi);
 

@@ -13,6 +13,7 @@ const struct sim_faults kSimNoFaults = {.flipped_bit = -1, .slow_actuator = 1};
 // How early the real clock wakes up to spin the rest: more than a Linux timer's usual slack.
 static const double kSpinUs = 150;
 static const double kGraceUs = 0.5;  // for rounding
+static const double kEndStopRad = 1e-3;
 
 static bool parse_after(const char* text, const char* prefix, double* number) {
   const size_t length = strlen(prefix);
@@ -124,14 +125,15 @@ static enum lam_status set_line(void* self, enum hal_line line, bool level, doub
   return room ? LAM_OK : fail(sim, "more happened in one burst than the simulated rig remembers");
 }
 
-static enum lam_status shift_leds(void* self, const uint8_t stream[CHAIN_BYTES], double* at_us) {
+static enum lam_status shift_leds(void* self, const uint8_t stream[CHAIN_BYTES],
+                                  uint8_t pushed_out[CHAIN_BYTES], double* at_us) {
   struct hal_sim* sim = self;
   uint8_t wire[CHAIN_BYTES];
   memcpy(wire, stream, CHAIN_BYTES);
   const int bit = sim->faults.flipped_bit;
   if (bit >= 0) wire[bit / 8] ^= (uint8_t)(0x80 >> bit % 8);
   *at_us = now_us(sim);
-  sim_chain_shift(&sim->light.chain, wire, CHAIN_BITS);
+  sim_chain_shift(&sim->light.chain, wire, CHAIN_BITS, pushed_out);
   wait_until_us(sim, *at_us + rig_shift_us(sim->rig));
   return LAM_OK;
 }
@@ -194,6 +196,15 @@ static enum lam_status read_photograph(void* self, unsigned shot, unsigned camer
              : LAM_HARDWARE;
 }
 
+static enum lam_status sense(void* self, struct hal_senses* senses) {
+  struct hal_sim* sim = self;
+  const double analyser_rad = sim_light_analyser_rad(&sim->light, now_us(sim));
+  *senses = (struct hal_senses){
+      .at_parallel = analyser_rad<kEndStopRad, .at_crossed = analyser_rad> M_PI_2 - kEndStopRad,
+      .hottest_c = sim->rig->leds_ambient_c};
+  return LAM_OK;
+}
+
 static void lights_off(void* self) {
   struct hal_sim* sim = self;
   sim_light_blank(&sim->light, true, now_us(sim));
@@ -227,6 +238,7 @@ enum lam_status hal_sim_open(struct hal_sim* sim, const struct rig* rig, enum si
                           .move_analyser = move_analyser,
                           .arrived = arrived,
                           .read_photograph = read_photograph,
+                          .sense = sense,
                           .lights_off = lights_off,
                           .close = close_rig};
   sim->twin_socket = -1;

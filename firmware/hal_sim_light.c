@@ -5,9 +5,15 @@
 
 static const double kPwmSteps = 4096;
 
-void sim_chain_shift(struct sim_chain* chain, const uint8_t* stream, size_t bits) {
+void sim_chain_shift(struct sim_chain* chain, const uint8_t* stream, size_t bits,
+                     uint8_t* pushed_out) {
+  if (pushed_out != NULL) memset(pushed_out, 0, (bits + 7) / 8);
   for (size_t i = 0; i < bits; i += CHAIN_BITS) {
     const size_t count = bits - i < CHAIN_BITS ? bits - i : CHAIN_BITS;
+    for (size_t j = 0; pushed_out != NULL && j < count; j++) {
+      const size_t bit = i + j;
+      pushed_out[bit / 8] |= (uint8_t)(chain->cells[CHAIN_BITS - 1 - j] << (7 - bit % 8));
+    }
     memmove(chain->cells + count, chain->cells, CHAIN_BITS - count);
     for (size_t j = 0; j < count; j++) {
       const size_t bit = i + j;

@@ -16,7 +16,9 @@ struct sim_chain {
   uint8_t latched[CHAIN_BITS];
 };
 
-void sim_chain_shift(struct sim_chain* chain, const uint8_t* stream, size_t bits);
+// pushed_out, where it is not NULL, gets as many bits that left the far end.
+void sim_chain_shift(struct sim_chain* chain, const uint8_t* stream, size_t bits,
+                     uint8_t* pushed_out);
 void sim_chain_latch(struct sim_chain* chain);
 // The code that an output's driver now compares its counter with.
 uint16_t sim_chain_code(const struct sim_chain* chain, int chip, int output);

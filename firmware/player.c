@@ -81,7 +81,7 @@ static enum lam_status act(struct player* player, const struct edge* edge, doubl
   struct hal* hal = player->hal;
   switch (edge->line) {
     case EDGE_SHIFT:
-      return hal->shift_leds(hal->self, player->streams[edge->step], at_us);
+      return hal->shift_leds(hal->self, player->streams[edge->step], NULL, at_us);
     case EDGE_LATCH:
       return hal->set_line(hal->self, HAL_LATCH, edge->value, at_us);
     case EDGE_BLANK:

@@ -4,22 +4,45 @@
 #include <stdlib.h>
 #include <string.h>
 
-// A key is a text (a device's path or a line's name), or a number within bounds.
+// A key is a number within bounds, a text, or the name of a GPIO line, which no other key has.
 struct linux_key {
   const char* name;
   size_t offset;
-  bool is_text;
+  enum { NUMBER, TEXT, LINE } kind;
+  bool required;
   double lowest, highest;
 };
 
-#define TEXT(field) \
-  { "linux." #field, offsetof(struct rig_linux, field), true, 0, 0 }
-#define NUMBER(field, lowest, highest) \
-  { "linux." #field, offsetof(struct rig_linux, field), false, lowest, highest }
+#define KEY(field, kind, required, lowest, highest) \
+  { "linux." #field, offsetof(struct rig_linux, field), kind, required, lowest, highest }
+#define OPTIONAL_LINE(field) KEY(field, LINE, false, 0, 0)
+#define OPTIONAL_TEXT(field) KEY(field, TEXT, false, 0, 0)
 static const struct linux_key kKeys[RIG_LINUX_KEYS] = {
-    TEXT(gpio_chip),      TEXT(spi_device),        TEXT(blank_line),
-    TEXT(latch_line),     TEXT(trigger_line),      TEXT(lamp_line),
-    NUMBER(cpu, 0, 1023), NUMBER(priority, 1, 99), NUMBER(spin_us, 0, 10000),
+    KEY(gpio_chip, TEXT, true, 0, 0),
+    KEY(spi_device, TEXT, true, 0, 0),
+    KEY(blank_line, LINE, true, 0, 0),
+    KEY(latch_line, LINE, true, 0, 0),
+    KEY(trigger_line, LINE, true, 0, 0),
+    KEY(lamp_line, LINE, true, 0, 0),
+    KEY(analyser_line, LINE, true, 0, 0),
+    KEY(cpu, NUMBER, true, 0, 1023),
+    KEY(priority, NUMBER, true, 1, 99),
+    KEY(spin_us, NUMBER, true, 0, 10000),
+    OPTIONAL_LINE(heartbeat_line),
+    OPTIONAL_LINE(ready_line),
+    OPTIONAL_LINE(buzzer_line),
+    OPTIONAL_LINE(start_line),
+    OPTIONAL_LINE(estop_line),
+    OPTIONAL_LINE(at_parallel_line),
+    OPTIONAL_LINE(at_crossed_line),
+    OPTIONAL_LINE(blank_seen_line),
+    OPTIONAL_LINE(trigger_seen_line),
+    OPTIONAL_TEXT(temperature_file),
+    OPTIONAL_TEXT(display_device),
+    OPTIONAL_TEXT(display_connector),
+    OPTIONAL_TEXT(camera_left),
+    OPTIONAL_TEXT(camera_right),
+    OPTIONAL_TEXT(camera_trigger),
 };
 
 static bool refuse(char error[160], const char* key, const char* why) {
@@ -49,11 +72,10 @@ static bool take_number(const struct linux_key* key, const char* value, void* fi
 
 // Two outputs on one line would move together.
 static bool is_shared(const struct rig_linux* board, size_t index) {
-  const char* const lines[] = {board->blank_line, board->latch_line, board->trigger_line,
-                               board->lamp_line};
   const char* mine = (const char*)board + kKeys[index].offset;
-  for (size_t i = 0; i < sizeof lines / sizeof lines[0]; i++) {
-    if (lines[i] != mine && strcmp(lines[i], mine) == 0) return true;
+  for (size_t i = 0; i < RIG_LINUX_KEYS; i++) {
+    const char* other = (const char*)board + kKeys[i].offset;
+    if (i != index && kKeys[i].kind == LINE && strcmp(other, mine) == 0) return true;
   }
   return false;
 }
@@ -67,18 +89,19 @@ bool rig_linux_take(struct rig_linux* board, const char* key, const char* value,
   board->seen[index] = true;
   const struct linux_key* known = &kKeys[index];
   char* field = (char*)board + known->offset;
-  if (!known->is_text) {
+  if (known->kind == NUMBER) {
     if (!take_number(known, value, field, error)) return false;
     const bool whole = board->cpu == (int)board->cpu && board->priority == (int)board->priority;
     return whole || refuse(error, key, "must be a whole number");
   }
   if (!take_text(known, value, field, error)) return false;
-  return !is_shared(board, index) || refuse(error, key, "is a line that another output has");
+  if (known->kind == TEXT || !is_shared(board, index)) return true;
+  return refuse(error, key, "is a line that another key has");
 }
 
 const char* rig_linux_missing(const struct rig_linux* board) {
   for (size_t i = 0; i < RIG_LINUX_KEYS; i++) {
-    if (!board->seen[i]) return kKeys[i].name;
+    if (kKeys[i].required && !board->seen[i]) return kKeys[i].name;
   }
   return NULL;
 }

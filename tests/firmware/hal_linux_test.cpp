@@ -23,7 +23,7 @@ TEST(LinuxSpi, AFailedShiftSaysWhy) {
   struct linux_spi spi = {};
   spi.fd = -1;
   const uint8_t stream[CHAIN_BYTES] = {};
-  EXPECT_EQ(linux_spi_shift(&spi, stream), LAM_HARDWARE);
+  EXPECT_EQ(linux_spi_shift(&spi, stream, nullptr), LAM_HARDWARE);
   EXPECT_STREQ(spi.error, "shifting the LED chain: Bad file descriptor");
 }
 

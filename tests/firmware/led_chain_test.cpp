@@ -22,7 +22,7 @@ std::vector<uint16_t> random_codes(size_t count) {
 
 std::vector<uint16_t> decoded(const struct rig& rig, const uint8_t* stream) {
   struct sim_chain chain = {};
-  sim_chain_shift(&chain, stream, CHAIN_BITS);
+  sim_chain_shift(&chain, stream, CHAIN_BITS, nullptr);
   sim_chain_latch(&chain);
   std::vector<uint16_t> codes;
   for (size_t i = 0; i < rig.led_count; i++) {
@@ -111,15 +111,16 @@ TEST(LedChain, BitsShiftedInPieceByPieceEndWhereOneShiftPutsThem) {
   uint8_t stream[CHAIN_BYTES];
   led_chain_encode(&rig, random_codes(rig.led_count).data(), stream);
   struct sim_chain whole = {}, pieces = {};
-  sim_chain_shift(&whole, stream, CHAIN_BITS);
-  for (int at = 0; at < CHAIN_BYTES; at += 36) sim_chain_shift(&pieces, stream + at, 36 * 8);
+  sim_chain_shift(&whole, stream, CHAIN_BITS, nullptr);
+  for (int at = 0; at < CHAIN_BYTES; at += 36)
+    sim_chain_shift(&pieces, stream + at, 36 * 8, nullptr);
   EXPECT_TRUE(std::equal(whole.cells, whole.cells + CHAIN_BITS, pieces.cells));
 }
 
 TEST(LedChain, NothingShinesUntilLatch) {
   struct sim_chain chain = {};
   const uint8_t stream[CHAIN_BYTES] = {0xFF, 0xF0};
-  sim_chain_shift(&chain, stream, CHAIN_BITS);
+  sim_chain_shift(&chain, stream, CHAIN_BITS, nullptr);
   EXPECT_EQ(sim_chain_code(&chain, 6, 23), 0);
   sim_chain_latch(&chain);
   EXPECT_EQ(sim_chain_code(&chain, 6, 23), 4095);
@@ -138,4 +139,16 @@ TEST(Crc32c, GoesOnFromWhereItStopped) {
     const uint32_t first = crc32c_extend(0, bytes.data(), cut);
     EXPECT_EQ(crc32c_extend(first, bytes.data() + cut, bytes.size() - cut), whole);
   }
+}
+
+TEST(SimChain, PushesOutWhatItHeldBefore) {
+  uint8_t first[CHAIN_BYTES], second[CHAIN_BYTES], out[CHAIN_BYTES];
+  for (int i = 0; i < CHAIN_BYTES; i++) {
+    first[i] = uint8_t(i * 37 + 11);
+    second[i] = uint8_t(i * 91 + 5);
+  }
+  struct sim_chain chain = {};
+  sim_chain_shift(&chain, first, CHAIN_BITS, nullptr);
+  sim_chain_shift(&chain, second, CHAIN_BITS, out);
+  EXPECT_EQ(memcmp(out, first, CHAIN_BYTES), 0);
 }

@@ -7,7 +7,8 @@ namespace {
 const char kBoard[] =
     "\nlinux.gpio_chip = /dev/gpiochip0\nlinux.spi_device = /dev/spidev0.0\n"
     "linux.blank_line = GPIO17\nlinux.latch_line = GPIO27\nlinux.trigger_line = GPIO22\n"
-    "linux.lamp_line = GPIO23\nlinux.cpu = 3\nlinux.priority = 80\nlinux.spin_us = 150\n";
+    "linux.lamp_line = GPIO23\nlinux.analyser_line = GPIO24\nlinux.cpu = 3\nlinux.priority = "
+    "80\nlinux.spin_us = 150\n";
 
 enum lam_status parse(const std::string& text, struct rig* rig, std::string* says) {
   struct rig_error error;
@@ -34,6 +35,7 @@ TEST(RigLinux, KeysSayWhereTheBoardIsWired) {
   EXPECT_STREQ(rig.board.gpio_chip, "/dev/gpiochip0");
   EXPECT_STREQ(rig.board.blank_line, "GPIO17");
   EXPECT_STREQ(rig.board.lamp_line, "GPIO23");
+  EXPECT_STREQ(rig.board.buzzer_line, "") << "optional, and left out";
   EXPECT_EQ(rig.board.spin_us, 150);
 }
 
@@ -48,8 +50,8 @@ TEST(RigLinux, HalfASectionIsRefused) {
   expect_refusal("linux.cpu = 3\n", "", "missing key 'linux.cpu'");
 }
 
-TEST(RigLinux, TwoOutputsOnOneLineAreRefused) {
-  expect_refusal("linux.latch_line = GPIO27", "linux.latch_line = GPIO17", "another output has");
+TEST(RigLinux, TwoKeysWithOneLineAreRefused) {
+  expect_refusal("linux.latch_line = GPIO27", "linux.latch_line = GPIO17", "another key has");
 }
 
 TEST(RigLinux, WrongValuesAreRefusedWithTheReason) {

@@ -352,7 +352,7 @@ TEST(SimulatedRig, LatchingLitLedsChangesTheLightAtOnce) {
   sim_light_blank(&light, false, 1000);
   codes[0] = 2048;
   led_chain_encode(&bench.rig, codes, stream);
-  sim_chain_shift(&light.chain, stream, CHAIN_BITS);
+  sim_chain_shift(&light.chain, stream, CHAIN_BITS, nullptr);
   sim_light_latch(&light, 3000);
   sim_light_blank(&light, true, 6000);
   lamella_v1_ExposureReport report;
