@@ -190,6 +190,7 @@ static bool answer_timing(struct dialogue* dialogue, uint32_t id,
   if (!is_current_burst(session, query->burst_id)) return refuse_burst_id(dialogue, id);
   lamella_v1_TimingEdges* timing = &begin(dialogue, id, lamella_v1_Reply_timing_tag)->body.timing;
   const size_t room = sizeof timing->edges / sizeof timing->edges[0];
+  timing->zero_us = session->player.zero_us;
   timing->first_edge = query->first_edge;
   timing->total_edges = (uint32_t)session->timeline.count;
   for (size_t i = query->first_edge; i < session->timeline.count && timing->edges_count < room;
