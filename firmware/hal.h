@@ -24,10 +24,17 @@ enum hal_line {
 
 // What the rig's inputs say. A rig without an input says the harmless thing.
 struct hal_senses {
-  bool start_pressed;
-  bool estopped;                 // the LED supply is cut
+  bool start_pressed;            // its line is 1
+  bool estopped;                 // its line is 0, so that a broken wire stops too: no LED supply
   bool at_parallel, at_crossed;  // the actuator's end stops
   double hottest_c;              // of the thermistors; NaN where there are none
+};
+
+// An edge of BLANK or TRIGGER as a loop-back input saw it, by the kernel's own time.
+struct hal_seen_edge {
+  enum hal_line line;
+  bool level;
+  double at_us;
 };
 
 struct hal_pattern {
@@ -40,12 +47,15 @@ struct hal_photograph {
   uint8_t* bytes;
   size_t capacity;
   lamella_v1_PhotographHeader header;
+  char error[160];
 };
 
 struct hal {
   const char* name;  // "sim"
   void* self;        // first argument of every call
-  char error[160];
+  char error[160];   // of the thread that plays; read_photograph's reason is the photograph's
+  // read_photograph may be called by another thread while edges are played.
+  bool reads_while_playing;
 
   double (*now_us)(void* self);
   // Sleeps to just before t_us and spins to it; at once where t_us has passed.
@@ -68,6 +78,8 @@ struct hal {
   // The photograph that trigger pulse number `shot` since prepare() took with one camera.
   enum lam_status (*read_photograph)(void* self, unsigned shot, unsigned camera,
                                      struct hal_photograph* photograph);
+  // The oldest edge that a loop-back saw and nobody has asked for yet; false where there is none.
+  bool (*next_seen)(void* self, struct hal_seen_edge* edge);
   // Quick enough for the gap between two edges.
   enum lam_status (*sense)(void* self, struct hal_senses* senses);
   void (*lights_off)(void* self);

@@ -177,23 +177,34 @@ static bool arrived(void* self, double* at_us) {
   return true;
 }
 
+static enum lam_status miss(struct hal_photograph* photograph, const char* text) {
+  snprintf(photograph->error, sizeof photograph->error, "%s", text);
+  return LAM_HARDWARE;
+}
+
 static enum lam_status read_photograph(void* self, unsigned shot, unsigned camera,
                                        struct hal_photograph* photograph) {
   struct hal_sim* sim = self;
-  if (sim->twin_socket < 0) return fail(sim, "there is no twin to take photographs");
+  if (sim->twin_socket < 0) return miss(photograph, "there is no twin to take photographs");
   if (shot >= sim->shot_count || sim->shots[shot].missed) {
-    return fail(sim,
+    return miss(photograph,
                 "a camera missed a trigger that came during its readout: take the burst again");
   }
   static lamella_v1_ExposureReport report;
   if (!sim_light_report(&sim->light, camera, sim->shots[shot].open_us, sim->shots[shot].close_us,
                         &report)) {
-    return fail(sim, "more light changes in one exposure than a report can hold");
+    return miss(photograph, "more light changes in one exposure than a report can hold");
   }
-  return sim_twin_photograph(sim->twin_socket, &report, photograph, sim->hal.error,
-                             sizeof sim->hal.error)
+  return sim_twin_photograph(sim->twin_socket, &report, photograph, photograph->error,
+                             sizeof photograph->error)
              ? LAM_OK
              : LAM_HARDWARE;
+}
+
+// There is no wire to loop back.
+static bool next_seen(void* self, struct hal_seen_edge* edge) {
+  (void)self, (void)edge;
+  return false;
 }
 
 static enum lam_status sense(void* self, struct hal_senses* senses) {
@@ -238,6 +249,7 @@ enum lam_status hal_sim_open(struct hal_sim* sim, const struct rig* rig, enum si
                           .move_analyser = move_analyser,
                           .arrived = arrived,
                           .read_photograph = read_photograph,
+                          .next_seen = next_seen,
                           .sense = sense,
                           .lights_off = lights_off,
                           .close = close_rig};

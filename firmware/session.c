@@ -147,7 +147,7 @@ static bool collect(struct session* session) {
   struct hal_photograph raw;
   raw.bytes = store_room(session->store, &raw.capacity);
   if (hal->read_photograph(hal->self, (unsigned)step, camera, &raw) != LAM_OK) {
-    return fail(session, hal->error);
+    return fail(session, raw.error);
   }
   struct photograph photograph = {.frame_id = session->collected,
                                   .width = raw.header.width,

@@ -338,10 +338,10 @@ TEST(SimulatedRig, CameraMissesATriggerDuringReadout) {
     hal.set_line(hal.self, HAL_TRIGGER, t_us == 0 || t_us == 12000, &at_us);
   }
   uint8_t room[4096];
-  hal_photograph photograph = {room, sizeof room, {}};
+  hal_photograph photograph = {room, sizeof room, {}, {}};
   EXPECT_EQ(hal.read_photograph(hal.self, 0, 0, &photograph), LAM_OK);
   EXPECT_EQ(hal.read_photograph(hal.self, 1, 0, &photograph), LAM_HARDWARE);
-  EXPECT_NE(std::string(hal.error).find("missed a trigger"), std::string::npos);
+  EXPECT_NE(std::string(photograph.error).find("missed a trigger"), std::string::npos);
 }
 
 TEST(SimulatedRig, LatchingLitLedsChangesTheLightAtOnce) {
