@@ -188,22 +188,8 @@ static bool answer_timing(struct dialogue* dialogue, uint32_t id,
                           const lamella_v1_TimingQuery* query) {
   const struct session* session = dialogue->session;
   if (!is_current_burst(session, query->burst_id)) return refuse_burst_id(dialogue, id);
-  lamella_v1_TimingEdges* timing = &begin(dialogue, id, lamella_v1_Reply_timing_tag)->body.timing;
-  const size_t room = sizeof timing->edges / sizeof timing->edges[0];
-  timing->zero_us = session->player.zero_us;
-  timing->first_edge = query->first_edge;
-  timing->total_edges = (uint32_t)session->timeline.count;
-  for (size_t i = query->first_edge; i < session->timeline.count && timing->edges_count < room;
-       i++) {
-    const struct edge* edge = &session->timeline.edges[i];
-    lamella_v1_TimedEdge* timed = &timing->edges[timing->edges_count++];
-    timed->planned_us = edge->t_us;
-    timed->actual_us = session->player.played[i].actual_us;
-    timed->tolerance_us = edge->tolerance_us;
-    snprintf(timed->line, sizeof timed->line, "%s", timeline_line_name(edge->line));
-    timed->value = edge->value;
-    timed->step = edge->step;
-  }
+  session_timing(session, query->first_edge,
+                 &begin(dialogue, id, lamella_v1_Reply_timing_tag)->body.timing);
   return send(dialogue);
 }
 

@@ -46,10 +46,39 @@ static enum lam_status go(struct session* session, lamella_v1_RigState to) {
   return LAM_OK;
 }
 
+void session_timing(const struct session* session, uint32_t first_edge,
+                    lamella_v1_TimingEdges* page) {
+  const size_t room = sizeof page->edges / sizeof page->edges[0];
+  *page = (lamella_v1_TimingEdges){.zero_us = session->player.zero_us,
+                                   .first_edge = first_edge,
+                                   .total_edges = (uint32_t)session->timeline.count};
+  for (size_t i = first_edge; i < session->timeline.count && page->edges_count < room; i++) {
+    const struct edge* edge = &session->timeline.edges[i];
+    lamella_v1_TimedEdge* timed = &page->edges[page->edges_count++];
+    timed->planned_us = edge->t_us;
+    timed->actual_us = session->player.played[i].actual_us;
+    timed->tolerance_us = edge->tolerance_us;
+    snprintf(timed->line, sizeof timed->line, "%s", timeline_line_name(edge->line));
+    timed->value = edge->value;
+    timed->step = edge->step;
+  }
+}
+
+static void give_timing(const void* session, uint32_t first_edge, lamella_v1_TimingEdges* page) {
+  session_timing(session, first_edge, page);
+}
+
+// Ends the burst in the store: whole, or with the reason why it is not.
+static enum lam_status end_in_store(struct session* session, const char* why) {
+  const struct store_ending ending = {
+      .why = why, .done = session->done, .timing = give_timing, .context = session};
+  return store_end(session->store, &ending);
+}
+
 static bool fail(struct session* session, const char* why) {
   session->hal->lights_off(session->hal->self);
-  store_clear(session->store);
   snprintf(session->fault, sizeof session->fault, "%s", why);
+  end_in_store(session, session->fault);
   fprintf(stderr, "lamella-rigd: burst %llu: FAULT: %s\n", (unsigned long long)session->burst_id,
           why);
   session->playing = false;
@@ -64,10 +93,6 @@ enum lam_status session_request_steps(struct session* session, const struct burs
                   session->state == STATE(FAULT) ? "the rig is in FAULT: abort clears it"
                                                  : "a burst is under way");
   }
-  if (store_held(session->store) > 0 && !discard_held) {
-    return refuse(session, LAM_WRONG_STATE,
-                  "photographs of the last burst are held: acknowledge or discard them");
-  }
   struct safety_finding finding;
   burst_order(session->rig, steps, count, session->stands_crossed, &session->plan);
   timeline_build(session->rig, &session->plan, &session->timeline);
@@ -78,9 +103,12 @@ enum lam_status session_request_steps(struct session* session, const struct burs
   if (budget_check(session->rig, &session->plan, &budget) != LAM_OK) {
     return refuse(session, LAM_UNSAFE, budget.refusal);
   }
-  store_clear(session->store);
-  session->burst_id++;
-  return go(session, STATE(ARMED));
+  const struct store_order order = {.frames = (uint32_t)(2 * count),
+                                    .frame_bytes = session->rig->camera_frame_bytes,
+                                    .discard_held = discard_held};
+  const enum lam_status stored = store_begin(session->store, &order, &session->burst_id,
+                                             session->refusal, sizeof session->refusal);
+  return stored == LAM_OK ? go(session, STATE(ARMED)) : stored;
 }
 
 enum lam_status session_request_burst(struct session* session, bool discard_held) {
@@ -158,7 +186,7 @@ static bool collect(struct session* session) {
   describe(session, step, camera, &photograph.frame);
   describe_raw(&raw.header, &photograph.frame);
   if (!store_keep(session->store, &photograph)) {
-    return fail(session, "the store is full: raise store.capacity_bytes in the rig file");
+    return fail(session, store_fault(session->store));
   }
   session->collected++;
   session->has_progress = true;
@@ -186,6 +214,7 @@ static void write_verdict(struct session* session) {
 
 static bool finish(struct session* session) {
   write_verdict(session);
+  if (end_in_store(session, NULL) != LAM_OK) return fail(session, store_fault(session->store));
   fprintf(stderr, "lamella-rigd: burst %llu: %s\n", (unsigned long long)session->burst_id,
           session->done.verdict);
   session->has_news = true;
@@ -209,7 +238,7 @@ enum lam_status session_abort(struct session* session) {
   if (session->state == STATE(IDLE)) {
     return refuse(session, LAM_WRONG_STATE, "there is no burst to abort");
   }
-  store_clear(session->store);
+  if (session->state != STATE(FAULT)) end_in_store(session, "aborted by the operator");
   session->playing = false;
   session->has_news = session->has_progress = false;
   session->fault[0] = '\0';

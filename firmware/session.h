@@ -23,7 +23,7 @@ struct session {
   lamella_v1_RigState state;
   char fault[128];
   char refusal[160];  // why the last request or abort was refused
-  uint64_t burst_id;  // of the newest burst, counted from 1 since the rig was switched on
+  uint64_t burst_id;  // of the newest burst; the store gives it
   bool stands_crossed;
   bool playing;  // within RUNNING: edges, then photographs
   unsigned collected;
@@ -57,6 +57,10 @@ double session_slack_us(const struct session* session);
 
 // Lights off first. LAM_WRONG_STATE while IDLE.
 enum lam_status session_abort(struct session* session);
+
+// Some of the burst's edges, from `first_edge` on, as planned and as they happened.
+void session_timing(const struct session* session, uint32_t first_edge,
+                    lamella_v1_TimingEdges* page);
 
 void session_status(const struct session* session, lamella_v1_Status* status);
 
