@@ -1,4 +1,5 @@
 """What a target hands to the scenes: bursts as witnessed, and how long lights stayed on."""
+from pathlib import Path
 from typing import NamedTuple, Optional
 
 from witness.edges import START_LEVELS, Edge, changes
@@ -36,6 +37,7 @@ class Evidence(NamedTuple):
     bursts: dict
     lights: dict
     machine: dict
+    folder: Optional[Path] = None  # what the guest left, a folder for each scene
 
 
 def _edge(t_us, line, value):

@@ -42,7 +42,7 @@ def boot(root, cache, kernel, out, say):
     shutil.rmtree(out, ignore_errors=True)
     out.mkdir(parents=True)
     say("boot")
-    done = subprocess.run([root / "hil/vm/boot", cache, kernel, out])
+    done = subprocess.run([root / "hil/vm/boot", cache, kernel, out, "scenes.d"])
     if done.returncode == TIMED_OUT:
         raise MachineError(f"the machine never switched itself off: see {out / 'console'}")
     done.check_returncode()
@@ -87,4 +87,4 @@ def read(root, programs, out):
     return Evidence("vm", plan.read(programs / "lamella-rigd", rig_file, root / "proto"),
                     plan.read_leds(rig_file),
                     {key: _burst(out, key) for key in ("burst", "burst-again", *FAULTS)},
-                    {key: _light(out, key) for key in LIGHTS}, machine)
+                    {key: _light(out, key) for key in LIGHTS}, machine, out)
