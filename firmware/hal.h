@@ -42,7 +42,8 @@ struct hal_pattern {
   uint8_t index;
 };
 
-// A photograph as the sensor gave it. `bytes` is the caller's room of `capacity` bytes.
+// A photograph as the sensor gave it. `bytes` is the caller's room of `capacity` bytes. A reading
+// that fails leaves its reason here: it has a thread of its own.
 struct hal_photograph {
   uint8_t* bytes;
   size_t capacity;
@@ -64,6 +65,8 @@ struct hal {
   // Lights off, analyser at rest, nothing photographed yet; returns at a vblank of the projector,
   // which becomes the burst's zero.
   enum lam_status (*prepare)(void* self, double* zero_us);
+  // The same for another timeline of the same burst: what was photographed is kept, shots count on.
+  enum lam_status (*resume)(void* self, double* zero_us);
   enum lam_status (*set_line)(void* self, enum hal_line line, bool level, double* at_us);
   // Returns when the last bit is in the chain; BLANK must be 1. `pushed_out`, where it is not NULL,
   // gets the bits that left the far end meanwhile: what the chain held before.
@@ -76,6 +79,7 @@ struct hal {
   enum lam_status (*move_analyser)(void* self, bool crossed, double* at_us);
   bool (*arrived)(void* self, double* at_us);
   // The photograph that trigger pulse number `shot` since prepare() took with one camera.
+  // LAM_DROPPED where the camera did not take it. Called by one thread, not always the player's.
   enum lam_status (*read_photograph)(void* self, unsigned shot, unsigned camera,
                                      struct hal_photograph* photograph);
   // The oldest edge that a loop-back saw and nobody has asked for yet; false where there is none.

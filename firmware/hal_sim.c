@@ -8,29 +8,40 @@
 
 #include "hal_sim_twin.h"
 
-const struct sim_faults kSimNoFaults = {.flipped_bit = -1, .slow_actuator = 1};
+const struct sim_faults kSimNoFaults = {
+    .flipped_bit = -1, .late_pulse = -1, .dropped_shot = -1, .slow_actuator = 1};
 
 // How early the real clock wakes up to spin the rest: more than a Linux timer's usual slack.
 static const double kSpinUs = 150;
 static const double kGraceUs = 0.5;  // for rounding
 static const double kEndStopRad = 1e-3;
 
-static bool parse_after(const char* text, const char* prefix, double* number) {
+// A number after the prefix and, where there may be one, a count after another colon.
+static bool parse_after(const char* text, const char* prefix, double* number, int* count) {
   const size_t length = strlen(prefix);
   if (strncmp(text, prefix, length) != 0) return false;
   char* end = NULL;
   *number = strtod(text + length, &end);
-  return end != text + length && *end == '\0' && *number >= 0 && *number < 1e9;
+  if (end == text + length || !(*number >= 0 && *number < 1e9)) return false;
+  if (*end == '\0') return true;
+  int used = 0;
+  return count != NULL && sscanf(end, ":%4d%n", count, &used) == 1 && end[used] == '\0' &&
+         *count >= 0;
 }
 
 bool sim_faults_parse(const char* text, struct sim_faults* faults) {
   double number = 0;
-  if (parse_after(text, "flip-bit:", &number)) {
+  if (parse_after(text, "flip-bit:", &number, NULL)) {
     faults->flipped_bit = (int)number;
     return number < CHAIN_BITS;
   }
-  if (parse_after(text, "late-blank:", &faults->late_blank_us)) return true;
-  return parse_after(text, "slow-actuator:", &faults->slow_actuator) && faults->slow_actuator > 0;
+  if (parse_after(text, "drop-frame:", &number, NULL)) {
+    faults->dropped_shot = (int)number;
+    return number < SIM_MAX_EVENTS;
+  }
+  if (parse_after(text, "late-blank:", &faults->late_blank_us, &faults->late_pulse)) return true;
+  return parse_after(text, "slow-actuator:", &faults->slow_actuator, NULL) &&
+         faults->slow_actuator > 0;
 }
 
 static enum lam_status fail(struct hal_sim* sim, const char* text) {
@@ -70,20 +81,28 @@ static double next_vblank_us(const struct hal_sim* sim, double t_us) {
   return sim->last_vblank_us + fmax(periods, 1) * refresh_us;
 }
 
-static enum lam_status prepare(void* self, double* zero_us) {
+static enum lam_status resume(void* self, double* zero_us) {
   struct hal_sim* sim = self;
   sim->hal.lights_off(sim);
   const size_t moves = sim->light.move_count;
   if (moves > 0) {
     wait_until_us(sim, sim->light.moves[moves - 1].to_us + sim->rig->analyser_settle_us);
   }
-  sim_light_restart(&sim->light);
-  sim->shot_count = 0;
   sim->triggered = sim->flip_pending = sim->move_pending = false;
   *zero_us = next_vblank_us(sim, now_us(sim));
   wait_until_us(sim, *zero_us);
   sim->last_vblank_us = *zero_us;
   return LAM_OK;
+}
+
+static enum lam_status prepare(void* self, double* zero_us) {
+  struct hal_sim* sim = self;
+  const enum lam_status status = resume(sim, zero_us);
+  sim_light_restart(&sim->light);
+  sim->shot_count = 0;
+  sim->pulse_count = 0;
+  sim->seen_count = sim->seen_given = 0;
+  return status;
 }
 
 // Whether the shot before number `shot` has left the sensor at t_us.
@@ -111,17 +130,28 @@ static bool trigger(struct hal_sim* sim, bool level, double t_us) {
   return true;
 }
 
+static void delay_light(struct hal_sim* sim) {
+  const int pulse = sim->pulse_count++;
+  const bool late = sim->faults.late_pulse < 0 || sim->faults.late_pulse == pulse;
+  if (late) wait_until_us(sim, now_us(sim) + sim->faults.late_blank_us);
+}
+
+static bool loop_back(struct hal_sim* sim, enum hal_line line, bool level, double at_us) {
+  if (line != HAL_BLANK && line != HAL_TRIGGER) return true;
+  if (sim->seen_count == sizeof sim->seen / sizeof sim->seen[0]) return false;
+  sim->seen[sim->seen_count++] = (struct hal_seen_edge){line, level, at_us};
+  return true;
+}
+
 static enum lam_status set_line(void* self, enum hal_line line, bool level, double* at_us) {
   struct hal_sim* sim = self;
-  if (line == HAL_BLANK && !level && sim->faults.late_blank_us > 0) {
-    wait_until_us(sim, now_us(sim) + sim->faults.late_blank_us);
-  }
+  if (line == HAL_BLANK && !level) delay_light(sim);
   *at_us = now_us(sim);
-  bool room = true;
-  if (line == HAL_BLANK) room = sim_light_blank(&sim->light, level, *at_us);
-  if (line == HAL_LATCH && level) room = sim_light_latch(&sim->light, *at_us);
-  if (line == HAL_TRIGGER) room = trigger(sim, level, *at_us);
-  if (line == HAL_LAMP) room = sim_light_lamp(&sim->light, level, *at_us);
+  bool room = loop_back(sim, line, level, *at_us);
+  if (line == HAL_BLANK) room = room && sim_light_blank(&sim->light, level, *at_us);
+  if (line == HAL_LATCH && level) room = room && sim_light_latch(&sim->light, *at_us);
+  if (line == HAL_TRIGGER) room = room && trigger(sim, level, *at_us);
+  if (line == HAL_LAMP) room = room && sim_light_lamp(&sim->light, level, *at_us);
   return room ? LAM_OK : fail(sim, "more happened in one burst than the simulated rig remembers");
 }
 
@@ -177,7 +207,7 @@ static bool arrived(void* self, double* at_us) {
   return true;
 }
 
-static enum lam_status miss(struct hal_photograph* photograph, const char* text) {
+static enum lam_status unread(struct hal_photograph* photograph, const char* text) {
   snprintf(photograph->error, sizeof photograph->error, "%s", text);
   return LAM_HARDWARE;
 }
@@ -185,26 +215,24 @@ static enum lam_status miss(struct hal_photograph* photograph, const char* text)
 static enum lam_status read_photograph(void* self, unsigned shot, unsigned camera,
                                        struct hal_photograph* photograph) {
   struct hal_sim* sim = self;
-  if (sim->twin_socket < 0) return miss(photograph, "there is no twin to take photographs");
-  if (shot >= sim->shot_count || sim->shots[shot].missed) {
-    return miss(photograph,
-                "a camera missed a trigger that came during its readout: take the burst again");
+  if (sim->twin_socket < 0) return unread(photograph, "there is no twin to take photographs");
+  if ((int)shot == sim->faults.dropped_shot || shot >= sim->shot_count || sim->shots[shot].missed) {
+    unread(photograph, "a camera missed a trigger");
+    return LAM_DROPPED;
   }
   static lamella_v1_ExposureReport report;
   if (!sim_light_report(&sim->light, camera, sim->shots[shot].open_us, sim->shots[shot].close_us,
                         &report)) {
-    return miss(photograph, "more light changes in one exposure than a report can hold");
+    return unread(photograph, "more light changes in one exposure than a report can hold");
   }
-  return sim_twin_photograph(sim->twin_socket, &report, photograph, photograph->error,
-                             sizeof photograph->error)
-             ? LAM_OK
-             : LAM_HARDWARE;
+  return sim_twin_photograph(sim->twin_socket, &report, photograph) ? LAM_OK : LAM_HARDWARE;
 }
 
-// There is no wire to loop back.
 static bool next_seen(void* self, struct hal_seen_edge* edge) {
-  (void)self, (void)edge;
-  return false;
+  struct hal_sim* sim = self;
+  if (sim->seen_given == sim->seen_count) return false;
+  *edge = sim->seen[sim->seen_given++];
+  return true;
 }
 
 static enum lam_status sense(void* self, struct hal_senses* senses) {
@@ -242,6 +270,7 @@ enum lam_status hal_sim_open(struct hal_sim* sim, const struct rig* rig, enum si
                           .now_us = now_us,
                           .wait_until_us = wait_until_us,
                           .prepare = prepare,
+                          .resume = resume,
                           .set_line = set_line,
                           .shift_leds = shift_leds,
                           .commit_pattern = commit_pattern,

@@ -35,7 +35,9 @@ int sim_twin_connect(const char* path, char* error, size_t error_size) {
 }
 
 void sim_twin_disconnect(int socket) {
-  if (socket >= 0) close(socket);
+  if (socket < 0) return;
+  shutdown(socket, SHUT_RDWR);  // whoever still waits for a photograph stops
+  close(socket);
 }
 
 static bool send_all(int socket, const uint8_t* bytes, size_t count) {
@@ -82,7 +84,9 @@ static bool receive_header(int socket, lamella_v1_PhotographHeader* header) {
 }
 
 bool sim_twin_photograph(int socket, const lamella_v1_ExposureReport* report,
-                         struct hal_photograph* photograph, char* error, size_t error_size) {
+                         struct hal_photograph* photograph) {
+  char* error = photograph->error;
+  const size_t error_size = sizeof photograph->error;
   lamella_v1_PhotographHeader* header = &photograph->header;
   if (!send_report(socket, report) || !receive_header(socket, header)) {
     snprintf(error, error_size, "the twin fell silent, or what came was no photograph header");

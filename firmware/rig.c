@@ -51,6 +51,7 @@ static const struct number_key kNumbers[] = {
     NUMBER("player.critical_tolerance_us", player_critical_tolerance_us, 1, 1e5),
     NUMBER("player.tolerance_us", player_tolerance_us, 1, 1e6),
     NUMBER("burst.pair_weight", burst_pair_weight, 0, 1000),
+    NUMBER("burst.longest_us", burst_longest_us, 1e4, 60e6),
     NUMBER("store.capacity_bytes", store_capacity_bytes, 1 << 20, 17179869184.0),
     NUMBER("store.disk_bytes_per_s", store_disk_bytes_per_s, 0, 1e11),
     NUMBER("light.leds_lux", light_leds_lux, 0.1, 1e7),

@@ -29,7 +29,7 @@ struct rig {
   double projector_refresh_hz, projector_light_periods, projector_latency_us;
   double projector_settle_us, projector_commit_lead_us, projector_lamp_settle_us;
   double player_critical_tolerance_us, player_tolerance_us;
-  double burst_pair_weight;
+  double burst_pair_weight, burst_longest_us;
   double store_capacity_bytes, store_disk_bytes_per_s;
   double light_leds_lux, light_projector_lux, light_least_share;
   bool analyser_parks_crossed;

@@ -9,6 +9,7 @@ enum lam_status {
   LAM_UNSAFE,       // the plan breaks a rule; no line moved
   LAM_STORE_FULL,   // no room for a photograph; lights are off
   LAM_HARDWARE,     // a device did not do as told; lights are off
+  LAM_DROPPED,      // a camera took no photograph; nothing else is wrong, no line moved
 };
 
 #endif

@@ -312,10 +312,17 @@ TEST(SimulatedRig, FaultsAreReadFromTheCommandLine) {
   EXPECT_EQ(faults.flipped_bit, 2015);
   EXPECT_TRUE(sim_faults_parse("late-blank:250.5", &faults));
   EXPECT_DOUBLE_EQ(faults.late_blank_us, 250.5);
+  EXPECT_EQ(faults.late_pulse, -1);
+  EXPECT_TRUE(sim_faults_parse("late-blank:50:3", &faults));
+  EXPECT_DOUBLE_EQ(faults.late_blank_us, 50);
+  EXPECT_EQ(faults.late_pulse, 3);
+  EXPECT_TRUE(sim_faults_parse("drop-frame:7", &faults));
+  EXPECT_EQ(faults.dropped_shot, 7);
   EXPECT_TRUE(sim_faults_parse("slow-actuator:3", &faults));
   EXPECT_DOUBLE_EQ(faults.slow_actuator, 3);
-  for (const char* wrong : {"flip-bit:2016", "flip-bit:", "late-blank:-1", "slow-actuator:0",
-                            "slow-actuator:x", "flip", ""}) {
+  for (const char* wrong : {"flip-bit:2016", "flip-bit:", "flip-bit:3:1", "late-blank:-1",
+                            "late-blank:5:", "late-blank:5:x", "late-blank:5:-1", "drop-frame:128",
+                            "drop-frame:1:2", "slow-actuator:0", "slow-actuator:x", "flip", ""}) {
     EXPECT_FALSE(sim_faults_parse(wrong, &faults)) << wrong;
   }
 }
@@ -340,7 +347,7 @@ TEST(SimulatedRig, CameraMissesATriggerDuringReadout) {
   uint8_t room[4096];
   hal_photograph photograph = {room, sizeof room, {}, {}};
   EXPECT_EQ(hal.read_photograph(hal.self, 0, 0, &photograph), LAM_OK);
-  EXPECT_EQ(hal.read_photograph(hal.self, 1, 0, &photograph), LAM_HARDWARE);
+  EXPECT_EQ(hal.read_photograph(hal.self, 1, 0, &photograph), LAM_DROPPED);
   EXPECT_NE(std::string(photograph.error).find("missed a trigger"), std::string::npos);
 }
 
