@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "led_chain.h"
+#include "pattern.h"
 
 enum { kMaxLineBytes = 160 };
 static const double kPwmSteps = 4096;
@@ -48,6 +49,19 @@ static const struct number_key kNumbers[] = {
     NUMBER("projector.settle_us", projector_settle_us, 0, 5e5),
     NUMBER("projector.commit_lead_us", projector_commit_lead_us, 0, 1e5),
     NUMBER("projector.lamp_settle_us", projector_lamp_settle_us, 0, 5e6),
+    NUMBER("projector.width_px", projector_width_px, 16, RIG_MOST_PROJECTOR_PX),
+    NUMBER("projector.height_px", projector_height_px, 16, RIG_MOST_PROJECTOR_PX),
+    NUMBER("projector.gamma", projector_gamma, 0.5, 4),
+    NUMBER("pattern.fringe_0_periods", pattern_fringe_periods[0], 0.1, 2048),
+    NUMBER("pattern.fringe_1_periods", pattern_fringe_periods[1], 0.1, 2048),
+    NUMBER("pattern.fringe_2_periods", pattern_fringe_periods[2], 0.1, 2048),
+    NUMBER("pattern.fringe_3_periods", pattern_fringe_periods[3], 0.1, 2048),
+    NUMBER("pattern.stripe_period_px", pattern_stripe_period_px, 2, 4096),
+    NUMBER("pattern.stripe_shift_px", pattern_stripe_shift_px, 0.01, 2048),
+    NUMBER("pattern.dot_pitch_px", pattern_dot_pitch_px, 4, 4096),
+    NUMBER("pattern.dot_diameter_px", pattern_dot_diameter_px, 1, 4096),
+    NUMBER("pattern.dot_offset_u_px", pattern_dot_offset_u_px, -4096, 4096),
+    NUMBER("pattern.dot_offset_v_px", pattern_dot_offset_v_px, -4096, 4096),
     NUMBER("player.critical_tolerance_us", player_critical_tolerance_us, 1, 1e5),
     NUMBER("player.tolerance_us", player_tolerance_us, 1, 1e6),
     NUMBER("burst.pair_weight", burst_pair_weight, 0, 1000),
@@ -216,7 +230,8 @@ static enum lam_status require_every_key(struct parser* parser) {
   if (parser->rig->projector_light_periods != floor(parser->rig->projector_light_periods)) {
     return fail(parser, 0, "'projector.light_periods' must be a whole number");
   }
-  return LAM_OK;
+  char why[160];
+  return pattern_can_be_drawn(parser->rig, why) ? LAM_OK : fail(parser, 0, "%s", why);
 }
 
 enum lam_status rig_parse(const char* text, size_t length, struct rig* rig,

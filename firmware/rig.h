@@ -9,7 +9,8 @@
 #include "rig_linux.h"
 #include "status.h"
 
-enum { RIG_MAX_LEDS = 168, RIG_MAX_TEXT_BYTES = 65536 };
+enum { RIG_MAX_LEDS = 168, RIG_MAX_TEXT_BYTES = 65536, RIG_MOST_PROJECTOR_PX = 4096 };
+enum { PATTERN_FRINGES = 4, PATTERN_STRIPES = 4 };  // of a burst
 
 struct led_place {
   uint8_t chip;         // 0 is nearest to the board
@@ -28,6 +29,11 @@ struct rig {
   double analyser_move_us, analyser_settle_us;
   double projector_refresh_hz, projector_light_periods, projector_latency_us;
   double projector_settle_us, projector_commit_lead_us, projector_lamp_settle_us;
+  double projector_width_px, projector_height_px, projector_gamma;
+  double pattern_fringe_periods[PATTERN_FRINGES];
+  double pattern_stripe_period_px, pattern_stripe_shift_px;
+  double pattern_dot_pitch_px, pattern_dot_diameter_px;
+  double pattern_dot_offset_u_px, pattern_dot_offset_v_px;
   double player_critical_tolerance_us, player_tolerance_us;
   double burst_pair_weight, burst_longest_us;
   double store_capacity_bytes, store_disk_bytes_per_s;
