@@ -57,8 +57,10 @@ static void wait_for(struct step_times* times, enum burst_wait wait, double t_us
   times->wait = wait;
 }
 
+// A camera that an edge triggers integrates for one length alone: the longer one.
 static double exposure_us(const struct rig* rig, bool leds) {
-  return leds ? rig->leds_light_us + 2 * rig->camera_guard_us : rig_projector_light_us(rig);
+  return leds && !rig->sensor.edge_triggered ? rig->leds_light_us + 2 * rig->camera_guard_us
+                                             : rig_projector_light_us(rig);
 }
 
 // The last trigger may fall late within its tolerance; its readout is then over as much later. An

@@ -188,6 +188,11 @@ static enum lam_status parse_pair(struct parser* parser, const char* key, const 
     return rig_linux_take(&parser->rig->board, key, value, parser->error->text) ? LAM_OK
                                                                                 : LAM_BAD_INPUT;
   }
+  if (rig_camera_knows(key)) {
+    parser->error->line = parser->line;
+    return rig_camera_take(&parser->rig->sensor, key, value, parser->error->text) ? LAM_OK
+                                                                                  : LAM_BAD_INPUT;
+  }
   for (size_t i = 0; i < kChoiceCount; i++) {
     if (strcmp(key, kChoices[i].name) == 0) return parse_choice(parser, i, value);
   }
@@ -215,6 +220,28 @@ static enum lam_status parse_line(struct parser* parser, char* line) {
   return parse_pair(parser, trim(key), trim(equals + 1));
 }
 
+// What the keys of a board's cameras say of each other and of the planner's.
+static bool cameras_fit_together(const struct rig* rig, char why[160]) {
+  const struct rig_camera* sensor = &rig->sensor;
+  why[0] = '\0';
+  const bool any = rig->board.camera_left[0] != '\0' || rig->board.camera_right[0] != '\0';
+  if (!any) return true;
+  if (!rig_camera_complete(sensor, why)) return false;
+  const size_t bytes = raw_stored_bytes((size_t)sensor->width_px, (size_t)sensor->height_px);
+  const double shortest_us = rig->leds_light_us + 2 * rig->camera_guard_us;
+  if (rig->board.camera_right[0] == '\0' || rig->board.camera_left[0] == '\0') {
+    snprintf(why, 160, "of 'linux.camera_left' and 'linux.camera_right' one is missing");
+  } else if (rig->board.camera_trigger[0] == '\0') {
+    snprintf(why, 160, "missing key 'linux.camera_trigger'; 'fixed' where nothing is to be set");
+  } else if (rig->camera_frame_bytes != (double)bytes) {
+    snprintf(why, 160, "'camera.frame_bytes' must be %zu, which width_px x height_px take", bytes);
+  } else if (sensor->edge_triggered && rig_projector_light_us(rig) < shortest_us) {
+    snprintf(why, 160, "an edge-triggered exposure is the projector's, %.0f us; LEDs need %.0f us",
+             rig_projector_light_us(rig), shortest_us);
+  }
+  return why[0] == '\0';
+}
+
 static enum lam_status require_every_key(struct parser* parser) {
   for (size_t i = 0; i < kNumberCount; i++) {
     if (!parser->number_seen[i]) return fail(parser, 0, "missing key '%s'", kNumbers[i].name);
@@ -231,6 +258,7 @@ static enum lam_status require_every_key(struct parser* parser) {
     return fail(parser, 0, "'projector.light_periods' must be a whole number");
   }
   char why[160];
+  if (!cameras_fit_together(parser->rig, why)) return fail(parser, 0, "%s", why);
   return pattern_can_be_drawn(parser->rig, why) ? LAM_OK : fail(parser, 0, "%s", why);
 }
 

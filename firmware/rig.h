@@ -6,6 +6,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "rig_camera.h"
 #include "rig_linux.h"
 #include "status.h"
 
@@ -41,6 +42,7 @@ struct rig {
   bool analyser_parks_crossed;
   bool camera_readout_overlaps;  // a sensor may integrate while the last frame is read out
   struct rig_linux board;
+  struct rig_camera sensor;  // of each camera; only of a board that has cameras
   size_t led_count;
   struct led_place leds[RIG_MAX_LEDS];
 };

@@ -43,6 +43,8 @@ static const struct linux_key kKeys[RIG_LINUX_KEYS] = {
     OPTIONAL_TEXT(camera_left),
     OPTIONAL_TEXT(camera_right),
     OPTIONAL_TEXT(camera_trigger),
+    OPTIONAL_TEXT(camera_left_controls),
+    OPTIONAL_TEXT(camera_right_controls),
 };
 
 static bool refuse(char error[160], const char* key, const char* why) {

@@ -7,7 +7,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-enum { RIG_DEVICE_CHARS = 64, RIG_LINUX_KEYS = 25 };
+enum { RIG_DEVICE_CHARS = 64, RIG_LINUX_KEYS = 27 };
 
 struct rig_linux {
   bool given;                        // the file has a `linux.` key
@@ -29,6 +29,8 @@ struct rig_linux {
   char display_connector[RIG_DEVICE_CHARS];  // "HDMI-A-1"
   char camera_left[RIG_DEVICE_CHARS];        // "v4l2:/dev/video0" or "libcamera:ID"
   char camera_right[RIG_DEVICE_CHARS];
+  // Where V4L2 keeps the camera's controls, if not in its device: "/dev/v4l-subdev0".
+  char camera_left_controls[RIG_DEVICE_CHARS], camera_right_controls[RIG_DEVICE_CHARS];
   char camera_trigger[RIG_DEVICE_CHARS];  // "control:NAME=VALUE", "module:NAME=VALUE" or "fixed"
   double cpu;                             // the processor that the player has to itself
   double priority;                        // of SCHED_FIFO
