@@ -2,6 +2,7 @@
 
 #include <arpa/inet.h>
 #include <errno.h>
+#include <math.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <pb_encode.h>
@@ -153,12 +154,24 @@ static void hear(struct link_server* server) {
   if (count <= 0 || !answer_received(server)) hang_up(server);
 }
 
-static void listen_once(struct link_server* server, int timeout_ms) {
+// False where nobody spoke in time.
+static bool listen_once(struct link_server* server, int timeout_ms) {
   struct pollfd sockets[2] = {{.fd = server->listener, .events = POLLIN},
                               {.fd = server->host, .events = POLLIN}};
-  if (poll(sockets, 2, timeout_ms) <= 0) return;
+  if (poll(sockets, 2, timeout_ms) <= 0) return false;
   if (sockets[1].revents != 0) hear(server);
   if (sockets[0].revents != 0) welcome(server);
+  return true;
+}
+
+// Tends to what is due, then hears hosts until it is due again. A simulated clock stands still
+// while one listens, so it is moved on.
+static void tend_and_listen(struct link_server* server, struct hal* hal, bool working) {
+  const double due_us = server->tend != NULL ? server->tend(server->tend_context) : INFINITY;
+  const double wait_ms = (due_us - hal->now_us(hal->self)) * 1e-3;
+  const int timeout_ms = working ? 0 : (int)ceil(fmin(fmax(wait_ms, 0), kIdlePollMs));
+  if (listen_once(server, timeout_ms) || working || wait_ms > kIdlePollMs) return;
+  hal->wait_until_us(hal->self, due_us);
 }
 
 void link_serve(struct link_server* server, struct session* session, volatile sig_atomic_t* stop) {
@@ -167,7 +180,7 @@ void link_serve(struct link_server* server, struct session* session, volatile si
   server->dialogue.context = server;
   bool working = false;
   while (!*stop) {
-    if (session_slack_us(session) >= kListenGapUs) listen_once(server, working ? 0 : kIdlePollMs);
+    if (session_slack_us(session) >= kListenGapUs) tend_and_listen(server, session->hal, working);
     working = session_work(session);
     if (!link_tell_news(&server->dialogue)) hang_up(server);
   }

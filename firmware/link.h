@@ -10,6 +10,10 @@
 struct link_server {
   int listener, host;  // sockets; -1: none
   uint16_t port;       // the one really bound
+  // What else the serving loop tends to, in every gap long enough to be heard in. Returns when it
+  // is due again, on the rig's clock. NULL: nothing.
+  double (*tend)(void* context);
+  void* tend_context;
   struct dialogue dialogue;
   uint8_t received[WIRE_LENGTH_BYTES + WIRE_MAX_MESSAGE_BYTES];
   size_t received_count;

@@ -75,7 +75,8 @@ static enum lam_status end_in_store(struct session* session, const char* why) {
   return store_end(session->store, &ending);
 }
 
-static bool fail(struct session* session, const char* why) {
+static bool fail(struct session* session, enum lam_part part, const char* why) {
+  session->fault_part = part;
   session->hal->lights_off(session->hal->self);
   snprintf(session->fault, sizeof session->fault, "%s", why);
   end_in_store(session, session->fault);
@@ -118,16 +119,24 @@ enum lam_status session_request_burst(struct session* session, bool discard_held
 static bool start(struct session* session) {
   if (player_start(&session->player, session->hal, session->rig, &session->plan,
                    &session->timeline) != LAM_OK) {
-    return fail(session, session->hal->error);
+    return fail(session, LAM_PART_OTHER, session->hal->error);
   }
   session->playing = true;
   session->collected = 0;
   return go(session, STATE(RUNNING)) == LAM_OK;
 }
 
+static enum lam_part part_behind(enum edge_line line) {
+  if (line == EDGE_SHIFT) return LAM_PART_LED_CHAIN;
+  if (line == EDGE_COMMIT) return LAM_PART_PROJECTOR;
+  return line == EDGE_ANALYSER ? LAM_PART_ACTUATOR : LAM_PART_OTHER;
+}
+
 static bool play(struct session* session) {
   const struct edge* edge = &session->timeline.edges[session->player.next];
-  if (player_step(&session->player) != LAM_OK) return fail(session, session->hal->error);
+  if (player_step(&session->player) != LAM_OK) {
+    return fail(session, part_behind(edge->line), session->hal->error);
+  }
   if (edge->line == EDGE_ANALYSER) session->stands_crossed = edge->value;
   session->playing = !player_is_done(&session->player);
   return true;
@@ -175,7 +184,7 @@ static bool collect(struct session* session) {
   struct hal_photograph raw;
   raw.bytes = store_room(session->store, &raw.capacity);
   if (hal->read_photograph(hal->self, (unsigned)step, camera, &raw) != LAM_OK) {
-    return fail(session, raw.error);
+    return fail(session, LAM_PART_CAMERA, raw.error);
   }
   struct photograph photograph = {.frame_id = session->collected,
                                   .width = raw.header.width,
@@ -186,7 +195,7 @@ static bool collect(struct session* session) {
   describe(session, step, camera, &photograph.frame);
   describe_raw(&raw.header, &photograph.frame);
   if (!store_keep(session->store, &photograph)) {
-    return fail(session, store_fault(session->store));
+    return fail(session, LAM_PART_DISK, store_fault(session->store));
   }
   session->collected++;
   session->has_progress = true;
@@ -214,7 +223,8 @@ static void write_verdict(struct session* session) {
 
 static bool finish(struct session* session) {
   write_verdict(session);
-  if (end_in_store(session, NULL) != LAM_OK) return fail(session, store_fault(session->store));
+  if (end_in_store(session, NULL) != LAM_OK)
+    return fail(session, LAM_PART_DISK, store_fault(session->store));
   fprintf(stderr, "lamella-rigd: burst %llu: %s\n", (unsigned long long)session->burst_id,
           session->done.verdict);
   session->has_news = true;

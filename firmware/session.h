@@ -22,6 +22,7 @@ struct session {
   struct store* store;
   lamella_v1_RigState state;
   char fault[128];
+  enum lam_part fault_part;
   char refusal[160];  // why the last request or abort was refused
   uint64_t burst_id;  // of the newest burst; the store gives it
   bool stands_crossed;

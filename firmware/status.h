@@ -12,4 +12,16 @@ enum lam_status {
   LAM_DROPPED,      // a camera took no photograph; nothing else is wrong, no line moved
 };
 
+// Which part of the rig a failure is of: what the operator's panel tells.
+enum lam_part {
+  LAM_PART_OTHER = 0,
+  LAM_PART_ESTOP,
+  LAM_PART_HEAT,
+  LAM_PART_CAMERA,
+  LAM_PART_ACTUATOR,
+  LAM_PART_LED_CHAIN,
+  LAM_PART_DISK,
+  LAM_PART_PROJECTOR,
+};
+
 #endif
