@@ -2,47 +2,15 @@
 
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <time.h>
 
 #include "hal_sim_twin.h"
 
-const struct sim_faults kSimNoFaults = {
-    .flipped_bit = -1, .late_pulse = -1, .dropped_shot = -1, .slow_actuator = 1};
-
 // How early the real clock wakes up to spin the rest: more than a Linux timer's usual slack.
 static const double kSpinUs = 150;
 static const double kGraceUs = 0.5;  // for rounding
 static const double kEndStopRad = 1e-3;
-
-// A number after the prefix and, where there may be one, a count after another colon.
-static bool parse_after(const char* text, const char* prefix, double* number, int* count) {
-  const size_t length = strlen(prefix);
-  if (strncmp(text, prefix, length) != 0) return false;
-  char* end = NULL;
-  *number = strtod(text + length, &end);
-  if (end == text + length || !(*number >= 0 && *number < 1e9)) return false;
-  if (*end == '\0') return true;
-  int used = 0;
-  return count != NULL && sscanf(end, ":%4d%n", count, &used) == 1 && end[used] == '\0' &&
-         *count >= 0;
-}
-
-bool sim_faults_parse(const char* text, struct sim_faults* faults) {
-  double number = 0;
-  if (parse_after(text, "flip-bit:", &number, NULL)) {
-    faults->flipped_bit = (int)number;
-    return number < CHAIN_BITS;
-  }
-  if (parse_after(text, "drop-frame:", &number, NULL)) {
-    faults->dropped_shot = (int)number;
-    return number < SIM_MAX_EVENTS;
-  }
-  if (parse_after(text, "late-blank:", &faults->late_blank_us, &faults->late_pulse)) return true;
-  return parse_after(text, "slow-actuator:", &faults->slow_actuator, NULL) &&
-         faults->slow_actuator > 0;
-}
 
 static enum lam_status fail(struct hal_sim* sim, const char* text) {
   snprintf(sim->hal.error, sizeof sim->hal.error, "%s", text);
@@ -143,6 +111,11 @@ static bool loop_back(struct hal_sim* sim, enum hal_line line, bool level, doubl
   return true;
 }
 
+static void signal_operator(struct hal_sim* sim, enum hal_line line, bool level, double t_us) {
+  if (sim->signal_count == SIM_MAX_SIGNALS) return;
+  sim->signals[sim->signal_count++] = (struct sim_signal){line, level, t_us};
+}
+
 static enum lam_status set_line(void* self, enum hal_line line, bool level, double* at_us) {
   struct hal_sim* sim = self;
   if (line == HAL_BLANK && !level) delay_light(sim);
@@ -151,6 +124,7 @@ static enum lam_status set_line(void* self, enum hal_line line, bool level, doub
   if (line == HAL_BLANK) room = room && sim_light_blank(&sim->light, level, *at_us);
   if (line == HAL_LATCH && level) room = room && sim_light_latch(&sim->light, *at_us);
   if (line == HAL_TRIGGER) room = room && trigger(sim, level, *at_us);
+  if (line == HAL_READY || line == HAL_BUZZER) signal_operator(sim, line, level, *at_us);
   if (line == HAL_LAMP) room = room && sim_light_lamp(&sim->light, level, *at_us);
   return room ? LAM_OK : fail(sim, "more happened in one burst than the simulated rig remembers");
 }
@@ -162,6 +136,8 @@ static enum lam_status shift_leds(void* self, const uint8_t stream[CHAIN_BYTES],
   memcpy(wire, stream, CHAIN_BYTES);
   const int bit = sim->faults.flipped_bit;
   if (bit >= 0) wire[bit / 8] ^= (uint8_t)(0x80 >> bit % 8);
+  const int stuck = sim->faults.stuck_bit;
+  if (stuck >= 0) wire[stuck / 8] |= (uint8_t)(0x80 >> stuck % 8);
   *at_us = now_us(sim);
   sim_chain_shift(&sim->light.chain, wire, CHAIN_BITS, pushed_out);
   wait_until_us(sim, *at_us + rig_shift_us(sim->rig));
@@ -173,6 +149,7 @@ static enum lam_status commit_pattern(void* self, struct hal_pattern pattern, do
   *at_us = now_us(sim);
   if (sim->flip_pending) return fail(sim, "a flip was committed before the last one happened");
   sim->flip_pending = true;
+  if (sim->faults.frozen_projector) return LAM_OK;
   const double vblank_us = next_vblank_us(sim, *at_us);
   return sim_light_flip(&sim->light, pattern, vblank_us)
              ? LAM_OK
@@ -181,7 +158,7 @@ static enum lam_status commit_pattern(void* self, struct hal_pattern pattern, do
 
 static bool flipped(void* self, double* at_us) {
   struct hal_sim* sim = self;
-  if (!sim->flip_pending) return false;
+  if (!sim->flip_pending || sim->faults.frozen_projector) return false;
   *at_us = sim->light.flips[sim->light.flip_count - 1].vblank_us;
   if (now_us(sim) < *at_us - 0.5) return false;
   sim->flip_pending = false;
@@ -192,6 +169,7 @@ static enum lam_status move_analyser(void* self, bool crossed, double* at_us) {
   struct hal_sim* sim = self;
   *at_us = now_us(sim);
   sim->move_pending = true;
+  if (sim->faults.stuck_actuator) return LAM_OK;
   const double duration_us = sim->rig->analyser_move_us * sim->faults.slow_actuator;
   return sim_light_move(&sim->light, crossed ? M_PI_2 : 0, *at_us, *at_us + duration_us)
              ? LAM_OK
@@ -200,7 +178,7 @@ static enum lam_status move_analyser(void* self, bool crossed, double* at_us) {
 
 static bool arrived(void* self, double* at_us) {
   struct hal_sim* sim = self;
-  if (!sim->move_pending) return false;
+  if (!sim->move_pending || sim->faults.stuck_actuator) return false;
   *at_us = sim->light.moves[sim->light.move_count - 1].to_us;
   if (now_us(sim) < *at_us - 0.5) return false;
   sim->move_pending = false;
@@ -216,6 +194,11 @@ static enum lam_status read_photograph(void* self, unsigned shot, unsigned camer
                                        struct hal_photograph* photograph) {
   struct hal_sim* sim = self;
   if (sim->twin_socket < 0) return unread(photograph, "there is no twin to take photographs");
+  if ((int)camera == sim->faults.missing_camera) {
+    return unread(photograph, camera == 0
+                                  ? "the left camera sends no frame: check its cable and power"
+                                  : "the right camera sends no frame: check its cable and power");
+  }
   if ((int)shot == sim->faults.dropped_shot || shot >= sim->shot_count || sim->shots[shot].missed) {
     unread(photograph, "a camera missed a trigger");
     return LAM_DROPPED;
@@ -237,10 +220,14 @@ static bool next_seen(void* self, struct hal_seen_edge* edge) {
 
 static enum lam_status sense(void* self, struct hal_senses* senses) {
   struct hal_sim* sim = self;
-  const double analyser_rad = sim_light_analyser_rad(&sim->light, now_us(sim));
+  const struct sim_faults* faults = &sim->faults;
+  const double t_us = now_us(sim), analyser_rad = sim_light_analyser_rad(&sim->light, t_us);
+  const double pressed_us = t_us - sim->opened_us - faults->press_us;
   *senses = (struct hal_senses){
+      .start_pressed = pressed_us >= 0 && pressed_us < faults->hold_us,
+      .estopped = faults->estopped,
       .at_parallel = analyser_rad<kEndStopRad, .at_crossed = analyser_rad> M_PI_2 - kEndStopRad,
-      .hottest_c = sim->rig->leds_ambient_c};
+      .hottest_c = isnan(faults->hottest_c) ? sim->rig->leds_ambient_c : faults->hottest_c};
   return LAM_OK;
 }
 
@@ -263,8 +250,8 @@ enum lam_status hal_sim_open(struct hal_sim* sim, const struct rig* rig, enum si
   sim->rig = rig;
   sim->clock = clock;
   sim->faults = faults;
-  sim_light_init(&sim->light, rig);
-  sim->last_vblank_us = now_us(sim);
+  sim_light_init(&sim->light, rig, &sim->faults);
+  sim->last_vblank_us = sim->opened_us = now_us(sim);
   sim->hal = (struct hal){.name = "sim",
                           .self = sim,
                           .now_us = now_us,

@@ -3,24 +3,19 @@
 #define LAMELLA_FIRMWARE_HAL_SIM_H
 
 #include "hal.h"
+#include "hal_sim_faults.h"
 #include "hal_sim_light.h"
 
 enum sim_clock { SIM_CLOCK_VIRTUAL, SIM_CLOCK_REAL };
 
-// Faults that the simulated hardware has. The firmware is not told.
-struct sim_faults {
-  int flipped_bit;       // of every stream into the driver chain; -1: none
-  double late_blank_us;  // BLANK falls this much late
-  int late_pulse;        // in the light pulse of this number alone; -1: in every one
-  int dropped_shot;      // both cameras miss the trigger of this number; -1: none
-  double slow_actuator;  // moves take this many times as long; 1: as the rig file says
+enum { SIM_MAX_SIGNALS = 1024 };
+
+// An edge of the operator's light or buzzer.
+struct sim_signal {
+  enum hal_line line;
+  bool level;
+  double at_us;
 };
-
-extern const struct sim_faults kSimNoFaults;
-
-// Reads "flip-bit:N", "late-blank:US", "late-blank:US:PULSE", "drop-frame:SHOT" or
-// "slow-actuator:FACTOR" into `faults`. Pulses and shots count from 0 in each burst.
-bool sim_faults_parse(const char* text, struct sim_faults* faults);
 
 struct sim_shot {
   double open_us, close_us;
@@ -34,6 +29,7 @@ struct hal_sim {
   struct sim_faults faults;
   int twin_socket;
   double virtual_now_us;
+  double opened_us;  // when the rig was switched on
   struct sim_light light;
   struct sim_shot shots[SIM_MAX_EVENTS];
   size_t shot_count;
@@ -43,6 +39,8 @@ struct hal_sim {
   size_t seen_count, seen_given;
   double last_vblank_us;  // some vblank: they come at whole refresh periods from it
   bool flip_pending, move_pending;
+  struct sim_signal signals[SIM_MAX_SIGNALS];  // the first ones since the rig was switched on
+  size_t signal_count;
 };
 
 // The rig stands dark with its analyser parked. `twin_path` NULL: no photographs can be read.

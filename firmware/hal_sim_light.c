@@ -5,20 +5,43 @@
 
 static const double kPwmSteps = 4096;
 
+// Cells that the bits really pass.
+static size_t chain_length(const struct sim_chain* chain) {
+  return CHAIN_BITS - (chain->missing_chip > 0 ? CHAIN_CHIP_BITS : 0);
+}
+
+// Whether a bit still moves on behind cell `at`: past a broken chip only what was there before.
+static size_t first_cell_after_break(const struct sim_chain* chain) {
+  const size_t length = chain_length(chain);
+  const size_t after = (size_t)chain->broken_chip * CHAIN_CHIP_BITS;
+  return chain->broken_chip > 0 && after < length ? after : length;
+}
+
+// At most the chain's length of bits, the first of them number `from` of the stream.
+static void shift_some(struct sim_chain* chain, const uint8_t* stream, size_t from, size_t count,
+                       uint8_t* pushed_out) {
+  const size_t length = chain_length(chain), after = first_cell_after_break(chain);
+  const bool last_passes_nothing = chain->broken_chip > 0 && after == length;
+  for (size_t j = 0; pushed_out != NULL && j < count; j++) {
+    const size_t bit = from + j, cell = length - 1 - j;
+    const bool passes = !last_passes_nothing && (after == length || cell >= after);
+    if (passes) pushed_out[bit / 8] |= (uint8_t)(chain->cells[cell] << (7 - bit % 8));
+  }
+  memmove(chain->cells + count, chain->cells, length - count);
+  for (size_t j = 0; j < count; j++) {
+    const size_t bit = from + j;
+    chain->cells[count - 1 - j] = stream[bit / 8] >> (7 - bit % 8) & 1;
+  }
+  if (after == length) return;
+  memset(chain->cells + after, 0, after + count < length ? count : length - after);
+}
+
 void sim_chain_shift(struct sim_chain* chain, const uint8_t* stream, size_t bits,
                      uint8_t* pushed_out) {
+  const size_t length = chain_length(chain);
   if (pushed_out != NULL) memset(pushed_out, 0, (bits + 7) / 8);
-  for (size_t i = 0; i < bits; i += CHAIN_BITS) {
-    const size_t count = bits - i < CHAIN_BITS ? bits - i : CHAIN_BITS;
-    for (size_t j = 0; pushed_out != NULL && j < count; j++) {
-      const size_t bit = i + j;
-      pushed_out[bit / 8] |= (uint8_t)(chain->cells[CHAIN_BITS - 1 - j] << (7 - bit % 8));
-    }
-    memmove(chain->cells + count, chain->cells, CHAIN_BITS - count);
-    for (size_t j = 0; j < count; j++) {
-      const size_t bit = i + j;
-      chain->cells[count - 1 - j] = stream[bit / 8] >> (7 - bit % 8) & 1;
-    }
+  for (size_t from = 0; from < bits; from += length) {
+    shift_some(chain, stream, from, bits - from < length ? bits - from : length, pushed_out);
   }
 }
 
@@ -27,16 +50,23 @@ void sim_chain_latch(struct sim_chain* chain) {
 }
 
 uint16_t sim_chain_code(const struct sim_chain* chain, int chip, int output) {
+  const int missing = chain->missing_chip - 1;
+  if (chain->missing_chip > 0 && chip == missing) return 0;
+  const int place = chain->missing_chip > 0 && chip > missing ? chip - 1 : chip;
   // Within a driver the cell farthest from its input is the top bit of output 23.
-  const uint8_t* cells = chain->latched + chip * CHAIN_CHIP_BITS + output * CHAIN_CODE_BITS;
+  const uint8_t* cells = chain->latched + place * CHAIN_CHIP_BITS + output * CHAIN_CODE_BITS;
   uint16_t code = 0;
   for (int bit = CHAIN_CODE_BITS - 1; bit >= 0; bit--) code = (uint16_t)(code << 1 | cells[bit]);
   return code;
 }
 
-void sim_light_init(struct sim_light* light, const struct rig* rig) {
+void sim_light_init(struct sim_light* light, const struct rig* rig,
+                    const struct sim_faults* faults) {
   memset(light, 0, sizeof *light);
   light->rig = rig;
+  light->faults = faults;
+  light->chain.missing_chip = faults->missing_chip + 1;
+  light->chain.broken_chip = faults->broken_chip + 1;
   light->blank = true;
   light->analyser_rad = rig->analyser_parks_crossed ? M_PI_2 : 0;
 }
@@ -51,16 +81,26 @@ static void end_pulse(struct sim_light* light, double t_us) {
   if (light->pulse_count > 0) light->pulses[light->pulse_count - 1].off_us = t_us;
 }
 
+// What an LED gives for its code: a dead one nothing, and of two that are swapped each the other's.
+static uint16_t led_code(const struct sim_light* light, int led) {
+  const struct sim_faults* faults = light->faults;
+  if (led == faults->dead_led) return 0;
+  int wired = led;
+  if (led == faults->swapped_leds[0]) wired = faults->swapped_leds[1];
+  if (led == faults->swapped_leds[1]) wired = faults->swapped_leds[0];
+  if ((size_t)wired >= light->rig->led_count) return 0;
+  const struct led_place* place = &light->rig->leds[wired];
+  const uint16_t code = sim_chain_code(&light->chain, place->chip, place->output);
+  return led == faults->weak_led ? code / 2 : code;
+}
+
 static bool begin_pulse(struct sim_light* light, double t_us, double counter_zero_us) {
   if (light->pulse_count == SIM_MAX_EVENTS) return false;
   struct sim_pulse* pulse = &light->pulses[light->pulse_count++];
   pulse->on_us = t_us;
   pulse->off_us = INFINITY;
   pulse->counter_zero_us = counter_zero_us;
-  for (size_t i = 0; i < light->rig->led_count; i++) {
-    const struct led_place* led = &light->rig->leds[i];
-    pulse->codes[i] = sim_chain_code(&light->chain, led->chip, led->output);
-  }
+  for (size_t i = 0; i < light->rig->led_count; i++) pulse->codes[i] = led_code(light, (int)i);
   return true;
 }
 

@@ -6,6 +6,7 @@
 #include <stdbool.h>
 
 #include "hal.h"
+#include "hal_sim_faults.h"
 #include "rig.h"
 
 enum { SIM_MAX_EVENTS = 128 };
@@ -14,6 +15,8 @@ enum { SIM_MAX_EVENTS = 128 };
 struct sim_chain {
   uint8_t cells[CHAIN_BITS];
   uint8_t latched[CHAIN_BITS];
+  int missing_chip;  // the chip counted from 1 that the wires go past; 0: none
+  int broken_chip;   // the chip counted from 1 that passes nothing on; 0: none
 };
 
 // pushed_out, where it is not NULL, gets as many bits that left the far end.
@@ -46,6 +49,7 @@ struct sim_move {
 
 struct sim_light {
   const struct rig* rig;
+  const struct sim_faults* faults;
   struct sim_chain chain;
   bool blank;
   double analyser_rad;  // where it stood at the first event
@@ -59,7 +63,8 @@ struct sim_light {
   size_t move_count;
 };
 
-void sim_light_init(struct sim_light* light, const struct rig* rig);
+void sim_light_init(struct sim_light* light, const struct rig* rig,
+                    const struct sim_faults* faults);
 // Forgets the past: dark, lamp off, the analyser standing where it is going.
 void sim_light_restart(struct sim_light* light);
 

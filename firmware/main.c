@@ -18,11 +18,10 @@ enum { kExitBadInput = 2, kExitRigFailed = 3, kMaxCalibrationBytes = 1 << 20 };
 static const char kUsage[] =
     "usage: lamella-rigd --hal sim --rig FILE --twin SOCKET --calibration FILE\n"
     "                    --listen 127.0.0.1:PORT [--clock virtual|real]\n"
-    "                    [--inject FAULT]\n"
-    "         FAULT is flip-bit:N, late-blank:US[:PULSE], drop-frame:SHOT or\n"
-    "         slow-actuator:FACTOR\n"
+    "                    [--inject FAULT]...\n"
     "       lamella-rigd --check --rig FILE\n"
-    "       lamella-rigd --plan --rig FILE   (writes lamella.v1.Plan to standard output)\n";
+    "       lamella-rigd --plan --rig FILE   (writes lamella.v1.Plan to standard output)\n"
+    "faults of the simulated rig:\n" SIM_FAULT_NAMES;
 
 struct arguments {
   const char *hal, *rig, *twin, *calibration, *listen;

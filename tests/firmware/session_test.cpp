@@ -306,27 +306,6 @@ TEST(SessionFaults, BrokenDamagedAndOversizedPhotographsAreFaults) {
   }
 }
 
-TEST(SimulatedRig, FaultsAreReadFromTheCommandLine) {
-  sim_faults faults = kSimNoFaults;
-  EXPECT_TRUE(sim_faults_parse("flip-bit:2015", &faults));
-  EXPECT_EQ(faults.flipped_bit, 2015);
-  EXPECT_TRUE(sim_faults_parse("late-blank:250.5", &faults));
-  EXPECT_DOUBLE_EQ(faults.late_blank_us, 250.5);
-  EXPECT_EQ(faults.late_pulse, -1);
-  EXPECT_TRUE(sim_faults_parse("late-blank:50:3", &faults));
-  EXPECT_DOUBLE_EQ(faults.late_blank_us, 50);
-  EXPECT_EQ(faults.late_pulse, 3);
-  EXPECT_TRUE(sim_faults_parse("drop-frame:7", &faults));
-  EXPECT_EQ(faults.dropped_shot, 7);
-  EXPECT_TRUE(sim_faults_parse("slow-actuator:3", &faults));
-  EXPECT_DOUBLE_EQ(faults.slow_actuator, 3);
-  for (const char* wrong : {"flip-bit:2016", "flip-bit:", "flip-bit:3:1", "late-blank:-1",
-                            "late-blank:5:", "late-blank:5:x", "late-blank:5:-1", "drop-frame:128",
-                            "drop-frame:1:2", "slow-actuator:0", "slow-actuator:x", "flip", ""}) {
-    EXPECT_FALSE(sim_faults_parse(wrong, &faults)) << wrong;
-  }
-}
-
 TEST(SimulatedRig, WithoutATwinSaysSo) {
   const struct rig rig = test_rig();
   struct hal_sim sim;
