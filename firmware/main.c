@@ -18,13 +18,14 @@ enum { kExitBadInput = 2, kExitRigFailed = 3, kMaxCalibrationBytes = 1 << 20 };
 static const char kUsage[] =
     "usage: lamella-rigd --hal sim --rig FILE --twin SOCKET --calibration FILE\n"
     "                    --listen 127.0.0.1:PORT [--clock virtual|real]\n"
-    "                    [--inject FAULT]...\n"
+    "                    [--store FOLDER] [--inject FAULT]...\n"
     "       lamella-rigd --check --rig FILE\n"
     "       lamella-rigd --plan --rig FILE   (writes lamella.v1.Plan to standard output)\n"
     "faults of the simulated rig:\n" SIM_FAULT_NAMES;
 
 struct arguments {
   const char *hal, *rig, *twin, *calibration, *listen;
+  const char* store;  // NULL: photographs are kept in memory alone
   enum sim_clock clock;
   struct sim_faults faults;
   bool check;  // read the rig file, say what is wrong with it, and end
@@ -68,12 +69,17 @@ static bool is_complete(const struct arguments* arguments) {
 }
 
 static bool parse_arguments(int argc, char** argv, struct arguments* arguments) {
-  static const struct option kOptions[] = {
-      {"hal", required_argument, NULL, 'h'},    {"rig", required_argument, NULL, 'r'},
-      {"twin", required_argument, NULL, 't'},   {"calibration", required_argument, NULL, 'c'},
-      {"listen", required_argument, NULL, 'l'}, {"clock", required_argument, NULL, 'k'},
-      {"inject", required_argument, NULL, 'i'}, {"check", no_argument, NULL, 'x'},
-      {"plan", no_argument, NULL, 'p'},         {NULL, 0, NULL, 0}};
+  static const struct option kOptions[] = {{"hal", required_argument, NULL, 'h'},
+                                           {"rig", required_argument, NULL, 'r'},
+                                           {"twin", required_argument, NULL, 't'},
+                                           {"calibration", required_argument, NULL, 'c'},
+                                           {"listen", required_argument, NULL, 'l'},
+                                           {"clock", required_argument, NULL, 'k'},
+                                           {"inject", required_argument, NULL, 'i'},
+                                           {"check", no_argument, NULL, 'x'},
+                                           {"plan", no_argument, NULL, 'p'},
+                                           {"store", required_argument, NULL, 's'},
+                                           {NULL, 0, NULL, 0}};
   *arguments = (struct arguments){.faults = kSimNoFaults};
   for (int option; (option = getopt_long(argc, argv, "", kOptions, NULL)) != -1;) {
     bool good = true;
@@ -85,6 +91,7 @@ static bool parse_arguments(int argc, char** argv, struct arguments* arguments) 
     if (option == 'k') good = parse_clock(optarg, &arguments->clock);
     if (option == 'x') arguments->check = true;
     if (option == 'p') arguments->plan = true;
+    if (option == 's') arguments->store = optarg;
     if (option == 'i') good = sim_faults_parse(optarg, &arguments->faults);
     if (!good) fprintf(stderr, "lamella-rigd: '%s' is no value of its option\n", optarg);
     if (!good || option == '?') {
@@ -139,6 +146,22 @@ struct daemon {
   struct link_server server;
 };
 
+static enum lam_status start_store(struct daemon* daemon, const char* folder, char* error,
+                                   size_t error_size) {
+  const struct dialogue* dialogue = &daemon->server.dialogue;
+  const size_t capacity = (size_t)daemon->rig.store_capacity_bytes;
+  uint8_t* block = malloc(capacity);
+  if (block == NULL) {
+    snprintf(error, error_size, "store.capacity_bytes is more than there is");
+    return LAM_BAD_INPUT;
+  }
+  store_init(&daemon->store, block, capacity);
+  if (daemon->rig.board.given) daemon->store.avoid_cpu = (int)daemon->rig.board.cpu;
+  if (folder == NULL) return LAM_OK;
+  return store_open(&daemon->store, folder, dialogue->calibration, dialogue->calibration_size,
+                    error, error_size);
+}
+
 // What was asked for is checked before any hardware is touched. 0, or an exit code.
 static int start(struct daemon* daemon, const struct arguments* arguments) {
   char error[200];
@@ -149,10 +172,8 @@ static int start(struct daemon* daemon, const struct arguments* arguments) {
   server->dialogue.calibration =
       read_file(arguments->calibration, kMaxCalibrationBytes, &server->dialogue.calibration_size);
   if (server->dialogue.calibration == NULL) return kExitBadInput;
-  const size_t capacity = (size_t)daemon->rig.store_capacity_bytes;
-  uint8_t* block = malloc(capacity);
-  if (block == NULL) return explain(LAM_BAD_INPUT, "store.capacity_bytes is more than there is");
-  store_init(&daemon->store, block, capacity);
+  status = start_store(daemon, arguments->store, error, sizeof error);
+  if (status != LAM_OK) return explain(status, error);
   status = hal_sim_open(&daemon->sim, &daemon->rig, arguments->clock, arguments->faults,
                         arguments->twin);
   if (status != LAM_OK) return explain(status, daemon->sim.hal.error);
@@ -189,6 +210,7 @@ int main(int argc, char** argv) {
   fflush(stdout);
   link_serve(&daemon.server, &daemon.session, &stop);
   daemon.sim.hal.close(&daemon.sim);  // lights off first
+  store_close(&daemon.store);
   link_close(&daemon.server);
   return 0;
 }
