@@ -1,0 +1,266 @@
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "fake_twin.h"
+#include "test_rig.h"
+
+extern "C" {
+#include "hal_sim.h"
+#include "selftest.h"
+}
+
+namespace {
+
+unsigned only(selftest_part part) { return 1u << part; }
+
+// A rig in memory that tests itself before a fake twin.
+struct Bench {
+  explicit Bench(const std::vector<std::string>& injected = {}) : block(4 << 20) {
+    sim_faults faults = kSimNoFaults;
+    for (const std::string& fault : injected) {
+      EXPECT_TRUE(sim_faults_parse(fault.c_str(), &faults)) << fault;
+    }
+    EXPECT_EQ(hal_sim_open(&sim, &rig, SIM_CLOCK_VIRTUAL, faults, twin.path().c_str()), LAM_OK);
+    store_init(&photographs, block.data(), block.size());
+    selftest_init(&test, &rig, &sim.hal, &photographs);
+  }
+  ~Bench() { sim.hal.close(&sim); }
+
+  const struct selftest& run(unsigned parts, bool quick = false, bool learning = false) {
+    selftest_begin(&test, parts, quick, learning);
+    while (selftest_work(&test)) continue;
+    EXPECT_TRUE(sim.light.blank);
+    return test;
+  }
+
+  // Learns the LEDs of a rig without faults, then goes on with this one.
+  void learn() {
+    Bench good;
+    EXPECT_EQ(good.run(only(SELFTEST_LEDS), false, true).bad, 0u) << good.text();
+    test.reference = good.test.reference;
+    EXPECT_EQ(test.reference.led_count, rig.led_count);
+  }
+
+  // Every reading that is not good, a line each.
+  std::string text() const {
+    std::string all;
+    for (size_t i = 0; i < test.count; i++) {
+      const selftest_reading& r = test.readings[i];
+      if (r.verdict == SELFTEST_GOOD) continue;
+      all += std::string(selftest_part_name(r.part)) + ": " + r.what + " " +
+             std::to_string(r.value) + " " + r.unit + ": " + r.note + "\n";
+    }
+    return all;
+  }
+
+  struct rig rig = test_rig();
+  FakeTwin twin;
+  std::vector<uint8_t> block;
+  struct hal_sim sim;
+  struct store photographs;
+  struct selftest test;
+};
+
+void expect_found(const std::string& fault, selftest_part part, lam_part panel,
+                  const std::string& says) {
+  Bench bench({fault});
+  EXPECT_GT(bench.run(only(part)).bad, 0u) << fault;
+  EXPECT_EQ(selftest_failed_part(&bench.test), panel) << fault;
+  EXPECT_NE(bench.text().find(says), std::string::npos) << fault << "\n" << bench.text();
+}
+
+}  // namespace
+
+TEST(Selftest, OfAGoodRigFindsNothing) {
+  Bench bench;
+  bench.learn();
+  const struct selftest& test = bench.run(SELFTEST_ALL);
+  EXPECT_EQ(test.bad, 0u) << bench.text();
+  bool seen[SELFTEST_PARTS] = {};
+  for (size_t i = 0; i < test.count; i++) seen[test.readings[i].part] = true;
+  for (int i = 0; i < SELFTEST_PARTS; i++) EXPECT_TRUE(seen[i]) << i;
+}
+
+TEST(Selftest, LeavesTheAnalyserWhereItStood) {
+  for (const bool crossed : {false, true}) {
+    Bench bench;
+    double at_us = 0;
+    if (crossed) {
+      bench.sim.hal.move_analyser(&bench.sim, true, &at_us);
+      bench.sim.hal.wait_until_us(&bench.sim, at_us + 1e6);
+      bench.test.stands_crossed = true;
+    }
+    EXPECT_EQ(bench.run(only(SELFTEST_ACTUATOR)).bad, 0u) << bench.text();
+    struct hal_senses senses;
+    bench.sim.hal.sense(&bench.sim, &senses);
+    EXPECT_EQ(senses.at_crossed, crossed);
+    EXPECT_EQ(bench.test.stands_crossed, crossed);
+  }
+}
+
+TEST(Selftest, EachInjectedFaultIsFoundAndNamed) {
+  expect_found("estop", SELFTEST_ESTOP, LAM_PART_ESTOP, "release the emergency stop");
+  expect_found("hot:95", SELFTEST_TEMPERATURE, LAM_PART_HEAT, "hottest thermistor 95");
+  expect_found("stuck-actuator", SELFTEST_ACTUATOR, LAM_PART_ACTUATOR, "does not arrive");
+  expect_found("slow-actuator:2", SELFTEST_ACTUATOR, LAM_PART_ACTUATOR, "slower than");
+  expect_found("frozen-projector", SELFTEST_PROJECTOR, LAM_PART_PROJECTOR, "does not happen");
+  expect_found("missing-camera:0", SELFTEST_CAMERAS, LAM_PART_CAMERA, "left camera");
+  expect_found("missing-camera:1", SELFTEST_CAMERAS, LAM_PART_CAMERA, "right camera");
+  expect_found("drop-frame:1", SELFTEST_CAMERAS, LAM_PART_CAMERA, "missed a trigger");
+}
+
+TEST(Selftest, AMissingChipIsALengthThatComesBack) {
+  for (const char* fault : {"missing-chip:0", "missing-chip:6"}) {
+    expect_found(fault, SELFTEST_CHAIN, LAM_PART_LED_CHAIN, "chips in the chain 6");
+    expect_found(fault, SELFTEST_CHAIN, LAM_PART_LED_CHAIN, "1728 bits come back after");
+  }
+}
+
+TEST(Selftest, AChipThatPassesNothingOnIsSilence) {
+  expect_found("broken-chip:2", SELFTEST_CHAIN, LAM_PART_LED_CHAIN, "nothing comes back");
+}
+
+TEST(Selftest, AWrongBitIsNamedByItsPlace) {
+  // The top bit of chip 0 output 0 is the twelfth from the stream's end.
+  expect_found("flip-bit:" + std::to_string(CHAIN_BITS - 12), SELFTEST_CHAIN, LAM_PART_LED_CHAIN,
+               "chip 0 output 0 bit 11");
+  expect_found("stuck-bit:0", SELFTEST_CHAIN, LAM_PART_LED_CHAIN, "chip 6 output 23 bit 11");
+  Bench flipped({"flip-bit:77"});
+  flipped.run(only(SELFTEST_CHAIN));
+  EXPECT_NE(flipped.text().find("wrong bits 9"), std::string::npos) << flipped.text();
+}
+
+TEST(Selftest, DeadWeakAndSwappedLedsAreNamedByNumberChipAndOutput) {
+  for (const bool quick : {false, true}) {
+    Bench dead({"dead-led:17"});
+    dead.learn();
+    EXPECT_EQ(dead.run(only(SELFTEST_LEDS), quick).blamed, 1u);
+    EXPECT_NE(dead.text().find("LED 17 (chip 3 output 2) 0.0"), std::string::npos) << dead.text();
+
+    Bench weak({"weak-led:149"});
+    weak.learn();
+    EXPECT_EQ(weak.run(only(SELFTEST_LEDS), quick).blamed, 1u);
+    EXPECT_NE(weak.text().find("LED 149 (chip 2 output 21) 0.5"), std::string::npos) << weak.text();
+
+    Bench swapped({"swapped-leds:40:60"});
+    swapped.learn();
+    EXPECT_EQ(swapped.run(only(SELFTEST_LEDS), quick).blamed, 2u);
+    const std::string text = swapped.text();
+    EXPECT_NE(text.find("LED 40 (chip 5 output 5)"), std::string::npos) << text;
+    EXPECT_NE(text.find("as LED 60 (chip 4 output 8) should"), std::string::npos) << text;
+    EXPECT_NE(text.find("as LED 40 (chip 5 output 5) should"), std::string::npos) << text;
+  }
+}
+
+// A chip's LEDs together look the same whichever of them is wired where.
+TEST(Selftest, LedsSwappedWithinAChipAreForTheFullTest) {
+  Bench bench({"swapped-leds:40:61"});
+  bench.learn();
+  EXPECT_EQ(bench.run(only(SELFTEST_LEDS), true).blamed, 0u) << bench.text();
+  EXPECT_EQ(bench.run(only(SELFTEST_LEDS), false).blamed, 2u) << bench.text();
+}
+
+TEST(Selftest, WithoutAReferenceADeadLedIsToldAllTheSame) {
+  Bench bench({"dead-led:3"});
+  EXPECT_EQ(bench.run(only(SELFTEST_LEDS)).blamed, 1u);
+  EXPECT_NE(bench.text().find("LED 3 (chip 3 output 0)"), std::string::npos) << bench.text();
+  EXPECT_NE(bench.text().find("none: dead LEDs alone"), std::string::npos) << bench.text();
+}
+
+TEST(Selftest, ARigWithADeadLedIsNotLearned) {
+  Bench bench({"dead-led:3"});
+  EXPECT_EQ(bench.run(only(SELFTEST_LEDS), false, true).blamed, 1u);
+  EXPECT_EQ(bench.test.reference.led_count, 0u);
+}
+
+TEST(Selftest, TheQuickTestTakesAPhotographOfEachChipAlone) {
+  Bench bench;
+  bench.learn();
+  EXPECT_EQ(bench.run(only(SELFTEST_LEDS), true).bad, 0u) << bench.text();
+  EXPECT_EQ(bench.twin.reports().size(), 2u * (1 + CHAIN_CHIPS));
+}
+
+TEST(Selftest, LedLightKeepsToTheRulesOfTimeAndDuty) {
+  Bench bench;
+  bench.run(only(SELFTEST_LEDS));
+  const auto reports = bench.twin.reports();
+  double on_us = 0, first_us = -1, last_us = 0;
+  for (size_t i = 0; i < reports.size(); i += 2) {
+    for (int k = 0; k < reports[i].leds_count; k++) {
+      const lamella_v1_LedSpan& span = reports[i].leds[k];
+      const double length_us = span.off_us - span.on_us;
+      EXPECT_LE(length_us, bench.rig.leds_longest_on_us);
+      EXPECT_NEAR(std::remainder(length_us, rig_pwm_period_us(&bench.rig)), 0, 0.1);
+      if (first_us < 0) first_us = span.on_us;
+      on_us += length_us;
+      last_us = span.off_us;
+    }
+  }
+  EXPECT_NEAR(on_us, 150 * bench.rig.leds_light_us, 1);
+  const double window_us = last_us - first_us + bench.rig.leds_light_us;
+  EXPECT_LE(on_us / window_us, bench.rig.leds_highest_duty + 1e-6);
+}
+
+TEST(Selftest, UnderAnEmergencyStopTheLedsAreNotBlamed) {
+  Bench bench({"estop"});
+  EXPECT_EQ(bench.run(only(SELFTEST_LEDS)).bad, 0u);
+  EXPECT_NE(bench.text().find("emergency stop cuts"), std::string::npos);
+}
+
+TEST(Selftest, TheDiskIsMeasuredAgainstTheBudget) {
+  Bench bench;
+  struct Disk {
+    double free_bytes, bytes_per_s;
+  } disk = {1e12, 200e6};
+  const struct selftest_disk door = {
+      [](void* context, double* free_bytes, double* bytes_per_s, char*) {
+        *free_bytes = static_cast<Disk*>(context)->free_bytes;
+        *bytes_per_s = static_cast<Disk*>(context)->bytes_per_s;
+        return true;
+      },
+      &disk};
+  bench.test.disk = &door;
+  bench.rig.store_disk_bytes_per_s = 100e6;
+  EXPECT_EQ(bench.run(only(SELFTEST_DISK)).bad, 0u) << bench.text();
+  disk.bytes_per_s = 50e6;
+  EXPECT_EQ(bench.run(only(SELFTEST_DISK)).bad, 1u);
+  EXPECT_EQ(selftest_failed_part(&bench.test), LAM_PART_DISK);
+  disk = {60e6, 200e6};
+  EXPECT_EQ(bench.run(only(SELFTEST_DISK)).bad, 1u);
+  EXPECT_NE(bench.text().find("sync sessions"), std::string::npos);
+}
+
+TEST(Selftest, PartsAreFoundByTheirNames) {
+  for (int i = 0; i < SELFTEST_PARTS; i++) {
+    EXPECT_EQ(selftest_part_named(selftest_part_name(selftest_part(i))), i);
+  }
+  EXPECT_EQ(selftest_part_named("engine"), SELFTEST_PARTS);
+}
+
+TEST(LedReference, ComesBackFromItsFileAndADamagedOneIsRefused) {
+  Bench bench;
+  bench.learn();
+  char folder[] = "/tmp/lamella-reference-XXXXXX";
+  const std::string path = std::string(mkdtemp(folder)) + "/leds.reference";
+  static struct led_reference read;
+  char error[112] = "";
+  EXPECT_EQ(led_reference_read(path.c_str(), 150, &read, error), LAM_OK);
+  EXPECT_EQ(read.led_count, 0u);
+  ASSERT_EQ(led_reference_write(path.c_str(), &bench.test.reference, error), LAM_OK) << error;
+  EXPECT_EQ(led_reference_read(path.c_str(), 150, &read, error), LAM_OK);
+  EXPECT_EQ(read.led_count, 150u);
+  EXPECT_NEAR(led_signature_distance(&read.leds[9], &bench.test.reference.leds[9]), 0, 1e-4);
+  EXPECT_EQ(led_reference_read(path.c_str(), 149, &read, error), LAM_BAD_INPUT);
+  std::fstream(path, std::ios::in | std::ios::out | std::ios::binary).seekp(500).put('\x7F');
+  EXPECT_EQ(led_reference_read(path.c_str(), 150, &read, error), LAM_BAD_INPUT);
+  EXPECT_EQ(read.led_count, 0u);
+  EXPECT_EQ(led_reference_write("/nowhere/leds", &bench.test.reference, error), LAM_HARDWARE);
+  std::filesystem::remove_all(folder);
+}
