@@ -16,9 +16,10 @@ class PlannedEdge(NamedTuple):
 
 
 class Plan(NamedTuple):
-    """Edges in the order of time; roles[step] is a name of Frame.Role."""
+    """Edges in the order of time; roles[step] is a name of Frame.Role, indices[step] its index."""
     edges: list
     roles: list
+    indices: list = []
 
 
 def parse_text(text):
@@ -49,9 +50,10 @@ def from_text(text):
                          edge["line"][0], int(_number(edge, "value")), int(_number(edge, "step")))
              for edge in message.get("edges", [])]
     roles = [step.get("role", ["ROLE_UNSPECIFIED"])[0] for step in message.get("steps", [])]
+    indices = [int(_number(step, "index")) for step in message.get("steps", [])]
     if message.get("refusal"):
         raise ValueError(f"the rig would not play this plan: {message['refusal'][0]}")
-    return Plan(edges, roles)
+    return Plan(edges, roles, indices)
 
 
 def read(rigd, rig_file, proto_folder):
@@ -78,3 +80,14 @@ def read_leds(rig_file):
                 chip, output, *direction = found[1].split()
                 leds.append((int(chip), int(output), tuple(map(float, direction))))
     return leds
+
+
+def read_numbers(rig_file):
+    """Every `key = number` of a rig file to {key: number}."""
+    numbers = {}
+    with open(rig_file, encoding="utf-8") as lines:
+        for line in lines:
+            found = re.match(r"\s*([\w.]+)\s*=\s*([-+\d.e]+)\s*(#|$)", line)
+            if found:
+                numbers[found[1]] = float(found[2])
+    return numbers
