@@ -28,6 +28,10 @@ bool link_answer(struct dialogue* dialogue, const uint8_t* message, size_t lengt
 // Tells the host what happened since it was last told: a photograph more, a burst's end, a fault.
 bool link_tell_news(struct dialogue* dialogue);
 
+// An empty reply with this body, to be filled in and sent.
+lamella_v1_Reply* link_begin(struct dialogue* dialogue, uint32_t request_id, pb_size_t body);
+bool link_send(struct dialogue* dialogue);
+
 bool link_refuse(struct dialogue* dialogue, uint32_t request_id, lamella_v1_Refusal_Code code,
                  const char* reason);
 

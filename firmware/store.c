@@ -65,6 +65,7 @@ void store_fail(struct store* store, const char* what, int error) {
 
 static void forget(struct store* store) {
   store->used = store->count = store->written = 0;
+  store->place = NULL;
   __atomic_store_n(&store->failed, false, __ATOMIC_RELEASE);
 }
 
@@ -127,17 +128,21 @@ enum lam_status store_begin(struct store* store, const struct store_order* order
 }
 
 // With the lock held.
-static uint8_t* find_room(struct store* store, size_t* room) {
-  if (store->on_disk) return writer_room(store, room);
-  *room = store->count < STORE_MAX_PHOTOGRAPHS ? store->capacity - store->used : 0;
-  return store->block + store->used;
+static void find_room(struct store* store) {
+  if (store->on_disk) {
+    store->place = writer_room(store, &store->place_room);
+  } else {
+    store->place = store->block + store->used;
+    store->place_room = store->count < STORE_MAX_PHOTOGRAPHS ? store->capacity - store->used : 0;
+  }
 }
 
 uint8_t* store_room(struct store* store, size_t* room) {
   pthread_mutex_lock(&store->lock);
-  uint8_t* place = find_room(store, room);
+  find_room(store);
+  *room = store->place_room;
   pthread_mutex_unlock(&store->lock);
-  return place;
+  return store->place;
 }
 
 // With the lock held.
@@ -153,9 +158,10 @@ static bool fits(struct store* store, const struct photograph* photograph, size_
 
 bool store_keep(struct store* store, const struct photograph* photograph) {
   pthread_mutex_lock(&store->lock);
-  size_t room = 0;
-  const uint8_t* bytes = find_room(store, &room);
-  const bool keeps = fits(store, photograph, room);
+  if (store->place == NULL) find_room(store);
+  const uint8_t* bytes = store->place;
+  const bool keeps = fits(store, photograph, store->place_room);
+  store->place = NULL;  // the ring may have moved on since it was given, but not into it
   if (keeps) {
     struct photograph* kept = &store->photographs[store->count++];
     *kept = *photograph;

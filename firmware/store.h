@@ -55,7 +55,9 @@ struct store {
   bool writer_runs, stopping, writing;
   size_t written;  // photographs that left memory
   size_t wanted;   // room that the next photograph will need
-  int avoid_cpu;   // the sequencer's, where the writer must not run; -1: none
+  uint8_t* place;  // what store_room() gave, until store_keep(); NULL: nothing
+  size_t place_room;
+  int avoid_cpu;  // the sequencer's, where the writer must not run; -1: none
 };
 
 // What a burst will bring.
@@ -123,6 +125,8 @@ const struct held_burst* store_find_burst(const struct store* store, uint64_t bu
 enum lam_status store_acknowledge(struct store* store, uint64_t burst_id, uint32_t frame_id);
 // A burst without photographs. LAM_WRONG_STATE while it has some.
 enum lam_status store_release(struct store* store, uint64_t burst_id);
+// Bytes of a photograph held; 0 where it is not.
+size_t store_size(struct store* store, uint64_t burst_id, uint32_t frame_id);
 // Some bytes of a photograph held; how many, 0 where there are none (left).
 size_t store_read(struct store* store, uint64_t burst_id, uint32_t frame_id, size_t offset,
                   uint8_t* to, size_t room);

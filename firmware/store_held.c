@@ -68,6 +68,15 @@ static bool start_reading(struct store* store, const struct held_burst* burst, u
   return store->reading >= 0;
 }
 
+size_t store_size(struct store* store, uint64_t burst_id, uint32_t frame_id) {
+  const struct held_burst* burst = store_find_burst(store, burst_id);
+  lamella_v1_FrameOffer offer;
+  const bool held = burst != NULL && frame_id < STORE_MAX_PHOTOGRAPHS &&
+                    burst->frames[frame_id] == FRAME_HELD &&
+                    burst_get_offer(&store->disk, burst, frame_id, &offer);
+  return held ? offer.size_bytes : 0;
+}
+
 size_t store_read(struct store* store, uint64_t burst_id, uint32_t frame_id, size_t offset,
                   uint8_t* to, size_t room) {
   const struct held_burst* burst = store_find_burst(store, burst_id);

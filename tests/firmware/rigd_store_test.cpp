@@ -1,0 +1,150 @@
+// lamella-rigd with a disk, as it is run, stopped and killed.
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <memory>
+
+#include "fake_twin.h"
+#include "store_bench.h"
+#include "test_host.h"
+
+extern "C" {
+#include "crc32c.h"
+}
+
+namespace {
+
+class RigdStore : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::ofstream(folder.path() / "calibration.json") << R"({"format": "lamella.session.v1"})";
+    std::filesystem::create_directory(store());
+    start();
+  }
+
+  std::filesystem::path store() const { return folder.path() / "store"; }
+
+  void start() {
+    host.reset();
+    rigd.reset();
+    rigd = std::make_unique<RigProcess>(
+        std::vector<std::string>{"--hal", "sim", "--rig", LAMELLA_BOARD_DIR "/sim.rig", "--twin",
+                                 twin.path(), "--calibration", folder.path() / "calibration.json",
+                                 "--listen", "127.0.0.1:0", "--store", store()});
+    host = std::make_unique<TestHost>(rigd->port());
+    host->ask(hello());
+  }
+
+  uint64_t run_burst() {
+    const lamella_v1_Reply accepted = host->ask(request_of(lamella_v1_Request_burst_tag));
+    EXPECT_EQ(accepted.which_body, lamella_v1_Reply_accepted_tag) << accepted.body.refusal.reason;
+    lamella_v1_Reply reply = lamella_v1_Reply_init_zero;
+    while (host->receive(&reply) && reply.which_body == lamella_v1_Reply_status_tag) continue;
+    EXPECT_EQ(reply.which_body, lamella_v1_Reply_done_tag);
+    return accepted.body.accepted.burst_id;
+  }
+
+  std::vector<lamella_v1_HeldBurst> held(lamella_v1_HeldEnd* end = nullptr) {
+    std::vector<lamella_v1_HeldBurst> bursts;
+    lamella_v1_Reply reply = host->ask(request_of(lamella_v1_Request_bursts_tag));
+    while (reply.which_body == lamella_v1_Reply_held_tag) {
+      bursts.push_back(reply.body.held);
+      if (!host->receive(&reply)) break;
+    }
+    EXPECT_EQ(reply.which_body, lamella_v1_Reply_held_end_tag);
+    if (end != nullptr) *end = reply.body.held_end;
+    return bursts;
+  }
+
+  void take_away(const lamella_v1_FrameOffer& offer) {
+    const std::vector<uint8_t> bytes =
+        host->fetch({lamella_v1_BlobQuery_Kind_PHOTOGRAPH, offer.burst_id, offer.frame_id, 0});
+    EXPECT_EQ(bytes.size(), offer.size_bytes);
+    EXPECT_EQ(crc32c_extend(0, bytes.data(), bytes.size()), offer.crc32c);
+    lamella_v1_Request ack = request_of(lamella_v1_Request_ack_tag);
+    ack.body.ack = {offer.burst_id, offer.frame_id};
+    EXPECT_EQ(host->ask(ack).which_body, lamella_v1_Reply_acknowledged_tag);
+  }
+
+  const TemporaryFolder folder;
+  FakeTwin twin{20};
+  std::unique_ptr<RigProcess> rigd;
+  std::unique_ptr<TestHost> host;
+};
+
+}  // namespace
+
+TEST_F(RigdStore, BurstsOutliveTheDaemonAndGoWithTheirLastAcknowledgement) {
+  const uint64_t first = run_burst(), second = run_burst();
+  rigd->signal(SIGKILL);
+  start();
+  lamella_v1_HeldEnd end;
+  const auto bursts = held(&end);
+  ASSERT_EQ(bursts.size(), 2u);
+  EXPECT_TRUE(end.on_disk);
+  EXPECT_GT(end.free_bytes, 0u);
+  EXPECT_EQ(bursts[0].burst_id, first);
+  EXPECT_EQ(bursts[1].burst_id, second);
+  for (const lamella_v1_HeldBurst& burst : bursts) {
+    EXPECT_TRUE(burst.whole) << burst.why;
+    EXPECT_EQ(burst.frames_held, 40u);
+    for (const auto& offer : host->offers(burst.burst_id)) take_away(offer);
+  }
+  EXPECT_TRUE(held().empty());
+  EXPECT_FALSE(std::filesystem::exists(store() / "burst-000001"));
+  EXPECT_EQ(run_burst(), second + 1);
+}
+
+TEST_F(RigdStore, TimingAndCalibrationOfAnOlderBurstAreItsOwn) {
+  const uint64_t first = run_burst();
+  lamella_v1_Request request = request_of(lamella_v1_Request_timing_tag);
+  request.body.timing = {first, 70};
+  const lamella_v1_TimingEdges before = host->ask(request).body.timing;
+  std::ofstream(folder.path() / "calibration.json") << R"({"subject": "another"})";
+  start();
+  run_burst();
+  const lamella_v1_TimingEdges after = host->ask(request).body.timing;
+  EXPECT_EQ(after.first_edge, 70u);
+  ASSERT_EQ(after.edges_count, before.edges_count);
+  EXPECT_EQ(after.edges[0].actual_us, before.edges[0].actual_us);
+  const auto text = [&](uint64_t burst_id) {
+    const auto bytes = host->fetch({lamella_v1_BlobQuery_Kind_CALIBRATION, burst_id, 0, 0});
+    return std::string(bytes.begin(), bytes.end());
+  };
+  EXPECT_EQ(text(first), R"({"format": "lamella.session.v1"})");
+  EXPECT_EQ(text(0), R"({"subject": "another"})");
+}
+
+TEST_F(RigdStore, AnAcknowledgementIsAnsweredAgainWhereItsAnswerWasLost) {
+  const auto offers = host->offers(run_burst());
+  take_away(offers[3]);
+  start();
+  take_away(offers[4]);
+  lamella_v1_Request ack = request_of(lamella_v1_Request_ack_tag);
+  ack.body.ack = {offers[3].burst_id, offers[3].frame_id};
+  EXPECT_EQ(host->ask(ack).which_body, lamella_v1_Reply_acknowledged_tag);
+  ack.body.ack.frame_id = 60;
+  EXPECT_EQ(host->ask(ack).body.refusal.code, lamella_v1_Refusal_Code_NOT_FOUND);
+  EXPECT_EQ(held()[0].frames_held, 38u);
+}
+
+TEST_F(RigdStore, ADaemonKilledInTheMiddleLeavesAPlainlyPartialBurstThatItExplains) {
+  host->send(request_of(lamella_v1_Request_burst_tag));
+  lamella_v1_Reply reply = lamella_v1_Reply_init_zero;
+  uint32_t told = 0;
+  while (told < 5 && host->receive(&reply)) {
+    if (reply.which_body == lamella_v1_Reply_status_tag) told = reply.body.status.frames_held;
+    if (reply.which_body == lamella_v1_Reply_done_tag) break;
+  }
+  rigd->signal(SIGKILL);
+  start();
+  const auto bursts = held();
+  ASSERT_EQ(bursts.size(), 1u);
+  EXPECT_GE(bursts[0].frames_held, told);
+  EXPECT_EQ(bursts[0].whole, bursts[0].why[0] == '\0');
+  for (const auto& offer : host->offers(bursts[0].burst_id)) take_away(offer);
+  EXPECT_TRUE(held().empty());
+}

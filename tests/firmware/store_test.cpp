@@ -1,0 +1,176 @@
+#include <gtest/gtest.h>
+
+#include <cerrno>
+#include <fstream>
+#include <thread>
+
+#include "store_bench.h"
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// Every write after the first `left` bytes fails as on a full disk.
+int full_after(void* context, const disk_step* step) {
+  long* left = static_cast<long*>(context);
+  if (step->action != DISK_WRITE) return 0;
+  *left -= static_cast<long>(step->size);
+  return *left < 0 ? ENOSPC : 0;
+}
+
+bool keep_all(StoreBench* bench, uint64_t id, uint32_t frames) {
+  for (uint32_t i = 0; i < frames; i++) {
+    if (!bench->keep(id, i)) return false;
+  }
+  while (!store_is_written(&bench->store, 1000)) continue;
+  return store_fault(&bench->store)[0] == '\0';
+}
+
+}  // namespace
+
+TEST(Store, ABurstIsWholeOnDiskOnceItHasEnded) {
+  const TemporaryFolder folder;
+  Promises promises;
+  StoreBench bench(folder.path());
+  ASSERT_TRUE(bench.open()) << bench.why;
+  const uint64_t id = bench.burst(40, &promises);
+  EXPECT_EQ(id, 1u);
+  EXPECT_EQ(store_held(&bench.store), 40u);
+  EXPECT_TRUE(fs::exists(folder.path() / "burst-000001" / "frame-39.raw"));
+  EXPECT_FALSE(fs::exists(folder.path() / "burst-000001.partial"));
+  for (const auto& entry : fs::recursive_directory_iterator(folder.path())) {
+    EXPECT_NE(entry.path().extension(), ".tmp") << entry.path();
+  }
+}
+
+TEST(Store, MemoryForTwoPhotographsIsEnoughForForty) {
+  const TemporaryFolder folder;
+  Promises promises;
+  StoreBench bench(folder.path(), 2 * kBenchFrameBytes + 50);
+  ASSERT_TRUE(bench.open());
+  const uint64_t id = bench.begin(40);
+  EXPECT_TRUE(keep_all(&bench, id, 40)) << store_fault(&bench.store);
+  EXPECT_TRUE(bench.end());
+  bench.store.disk.before = nullptr;
+  store_close(&bench.store);
+  promises.begun = promises.whole = {id};
+  for (uint32_t i = 0; i < 40; i++) promises.kept[id].insert(i);
+  expect_promises_kept(folder.path(), promises, "after forty");
+}
+
+TEST(Store, AFullDiskIsAFaultThatSaysSoAndWhatWasWholeStays) {
+  const TemporaryFolder folder;
+  long left = 20 * static_cast<long>(kBenchFrameBytes);
+  StoreBench bench(folder.path());
+  ASSERT_TRUE(bench.open());
+  const uint64_t id = bench.begin(40);
+  bench.store.disk.context = &left;
+  bench.store.disk.before = full_after;
+  EXPECT_FALSE(keep_all(&bench, id, 40));
+  EXPECT_STREQ(store_fault(&bench.store),
+               "the rig's disk does not take the photographs: No space left on device");
+  EXPECT_FALSE(bench.end());
+  const size_t whole = store_held(&bench.store);
+  EXPECT_GT(whole, 10u);
+  EXPECT_TRUE(bench.end(store_fault(&bench.store)));
+  const held_burst* held = store_find_burst(&bench.store, id);
+  ASSERT_NE(held, nullptr);
+  EXPECT_FALSE(held->whole);
+  EXPECT_NE(std::string(held->why).find("No space left on device; " + std::to_string(whole) +
+                                        " of 40 photographs are whole"),
+            std::string::npos)
+      << held->why;
+  store_close(&bench.store);
+  StoreBench after(folder.path());
+  ASSERT_TRUE(after.open());
+  EXPECT_EQ(after.store.bursts[0].held, whole);
+}
+
+TEST(Store, ABurstThatTheDiskHasNoRoomForIsRefusedBeforeItBegins) {
+  const TemporaryFolder folder;
+  StoreBench bench(folder.path());
+  ASSERT_TRUE(bench.open());
+  const store_order order = {40, 1e15, false};
+  uint64_t id = 0;
+  char why[160];
+  EXPECT_EQ(store_begin(&bench.store, &order, &id, why, sizeof why), LAM_STORE_FULL);
+  EXPECT_NE(std::string(why).find("MB free and a burst needs"), std::string::npos) << why;
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()), 0);
+}
+
+TEST(Store, AnIdIsNeverGivenTwiceWhateverBecomesOfTheBursts) {
+  const TemporaryFolder folder;
+  Promises promises;
+  for (uint64_t expected = 1; expected <= 3; expected++) {
+    StoreBench bench(folder.path());
+    ASSERT_TRUE(bench.open());
+    EXPECT_EQ(bench.burst(1, &promises), expected);
+    bench.acknowledge(expected, 0, &promises);
+    EXPECT_FALSE(fs::exists(folder.path() / "burst-000001"));
+  }
+  std::ofstream(folder.path() / "counter") << "spoilt";
+  StoreBench bench(folder.path());
+  ASSERT_TRUE(bench.open());
+  EXPECT_GT(bench.begin(1), 1000000000u);  // the time since 1970
+}
+
+TEST(Store, ABurstWithoutPhotographsIsReleasedAndOneWithThemIsNot) {
+  const TemporaryFolder folder;
+  Promises promises;
+  StoreBench bench(folder.path());
+  ASSERT_TRUE(bench.open());
+  const uint64_t empty = bench.begin(4);
+  EXPECT_TRUE(bench.end("aborted by the operator"));
+  EXPECT_STREQ(store_find_burst(&bench.store, empty)->why,
+               "aborted by the operator; 0 of 4 photographs are whole");
+  const uint64_t full = bench.burst(4, &promises);
+  EXPECT_EQ(store_release(&bench.store, empty), LAM_OK);
+  EXPECT_EQ(store_release(&bench.store, full), LAM_WRONG_STATE);
+  EXPECT_EQ(store_find_burst(&bench.store, empty), nullptr);
+  EXPECT_FALSE(fs::exists(folder.path() / "burst-000001.partial"));
+}
+
+TEST(Store, OnlyOneDaemonKeepsItsPhotographsInAFolder) {
+  const TemporaryFolder folder;
+  StoreBench first(folder.path()), second(folder.path());
+  ASSERT_TRUE(first.open());
+  EXPECT_FALSE(second.open());
+  EXPECT_NE(second.why.find("another daemon"), std::string::npos) << second.why;
+  StoreBench nowhere("/nowhere");
+  EXPECT_FALSE(nowhere.open());
+  EXPECT_NE(nowhere.why.find("No such file"), std::string::npos) << nowhere.why;
+}
+
+TEST(Store, WhatLiesInTheFolderAndIsNotItsOwnIsLeftAlone) {
+  const TemporaryFolder folder;
+  for (const char* name : {"burst-7", "burst-000007.old", "burst-x", "lost+found"}) {
+    fs::create_directory(folder.path() / name);
+  }
+  StoreBench bench(folder.path());
+  ASSERT_TRUE(bench.open());
+  EXPECT_EQ(bench.store.burst_count, 0u);
+  EXPECT_TRUE(fs::exists(folder.path() / "burst-000007.old"));
+}
+
+TEST(Store, PhotographsAreKeptByOneThreadWhileAnotherAsksAndGivesEarlierOnesAway) {
+  const TemporaryFolder folder;
+  Promises promises;
+  StoreBench bench(folder.path());
+  ASSERT_TRUE(bench.open());
+  const uint64_t first = bench.burst(30, &promises);
+  const uint64_t second = bench.begin(40);
+  std::thread collector([&] {
+    for (uint32_t i = 0; i < 40; i++) EXPECT_TRUE(bench.keep(second, i));
+  });
+  for (uint32_t i = 0; i < 30; i++) {
+    uint8_t bytes[kBenchFrameBytes];
+    EXPECT_EQ(store_read(&bench.store, first, i, 0, bytes, sizeof bytes), sizeof bytes);
+    bench.acknowledge(first, i, &promises);
+    EXPECT_LE(store_held(&bench.store), 40u);
+    EXPECT_STREQ(store_fault(&bench.store), "");
+  }
+  collector.join();
+  EXPECT_TRUE(bench.end());
+  EXPECT_EQ(store_held(&bench.store), 40u);
+  EXPECT_EQ(promises.acked[first].size(), 30u);
+}
