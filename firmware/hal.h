@@ -57,6 +57,8 @@ struct hal {
   char error[160];   // of the thread that plays; read_photograph's reason is the photograph's
   // read_photograph may be called by another thread while edges are played.
   bool reads_while_playing;
+  // wait_until_us() takes real time: who waits long sleeps by himself, where a signal can end it.
+  bool keeps_real_time;
 
   double (*now_us)(void* self);
   // Sleeps to just before t_us and spins to it; at once where t_us has passed.

@@ -8,38 +8,82 @@
 
 static const char kConsumer[] = "lamella-rigd";
 
-static enum lam_status fail(struct linux_gpio* gpio, const char* what, const char* name) {
-  snprintf(gpio->error, sizeof gpio->error, "%s %.60s: %s", what, name, strerror(errno));
+static enum lam_status fail(struct linux_lines* lines, const char* what, const char* name) {
+  snprintf(lines->error, sizeof lines->error, "%s %.60s: %s", what, name, strerror(errno));
   return LAM_HARDWARE;
 }
 
+static void unpack(struct linux_lines* lines, const int levels[LINUX_LINES_MAX]) {
+  for (size_t i = 0; i < lines->held; i++) lines->levels[lines->place_of[i]] = levels[i];
+}
+
+// Each of these is written once for libgpiod 1.6 and once for 2; below them nothing differs.
+static bool find_line(struct linux_lines* lines, const char* name);
+static bool request_lines(struct linux_lines* lines);
+static bool apply(struct linux_lines* lines, size_t place);  // LINUX_LINES_MAX: all of them
+static bool read_levels(struct linux_lines* lines, int levels[LINUX_LINES_MAX]);
+static int wait_event(struct linux_lines* lines,
+                      struct linux_line_event* event);  // 1: there is one
+static void release(struct linux_lines* lines);
+
 #if LAMELLA_GPIOD_MAJOR == 1
 
-static bool find_line(struct linux_gpio* gpio, size_t index, const char* name) {
-  if (index == 0) gpiod_line_bulk_init(&gpio->lines);
-  struct gpiod_line* line = gpiod_chip_find_line(gpio->chip, name);
-  if (line != NULL) gpiod_line_bulk_add(&gpio->lines, line);
+static void pack(const struct linux_lines* lines, int levels[LINUX_LINES_MAX]) {
+  for (size_t i = 0; i < lines->held; i++) levels[i] = lines->levels[lines->place_of[i]];
+}
+
+static bool find_line(struct linux_lines* lines, const char* name) {
+  if (lines->held == 0) gpiod_line_bulk_init(&lines->lines);
+  struct gpiod_line* line = gpiod_chip_find_line(lines->chip, name);
+  if (line != NULL) gpiod_line_bulk_add(&lines->lines, line);
   return line != NULL;
 }
 
-static bool request_lines(struct linux_gpio* gpio) {
-  return gpiod_line_request_bulk_output(&gpio->lines, kConsumer, gpio->levels) == 0;
+static bool request_lines(struct linux_lines* lines) {
+  if (!lines->outputs) {
+    return gpiod_line_request_bulk_both_edges_events(&lines->lines, kConsumer) == 0;
+  }
+  int levels[LINUX_LINES_MAX];
+  pack(lines, levels);
+  return gpiod_line_request_bulk_output(&lines->lines, kConsumer, levels) == 0;
 }
 
 // Every line each time: this library sets the lines of a request that one does not name to 0, and
 // BLANK at 0 is light.
-static bool apply(struct linux_gpio* gpio, enum hal_line line) {
-  (void)line;
-  return gpiod_line_set_value_bulk(&gpio->lines, gpio->levels) == 0;
+static bool apply(struct linux_lines* lines, size_t place) {
+  (void)place;
+  int levels[LINUX_LINES_MAX];
+  pack(lines, levels);
+  return gpiod_line_set_value_bulk(&lines->lines, levels) == 0;
 }
 
-static void release(struct linux_gpio* gpio) { gpiod_line_release_bulk(&gpio->lines); }
+static bool read_levels(struct linux_lines* lines, int levels[LINUX_LINES_MAX]) {
+  return gpiod_line_get_value_bulk(&lines->lines, levels) == 0;
+}
+
+static int wait_event(struct linux_lines* lines, struct linux_line_event* event) {
+  const struct timespec now = {0, 0};
+  struct gpiod_line_bulk ready;
+  const int some = gpiod_line_event_wait_bulk(&lines->lines, &now, &ready);
+  if (some <= 0) return some;
+  struct gpiod_line* line = gpiod_line_bulk_get_line(&ready, 0);
+  struct gpiod_line_event read;
+  if (gpiod_line_event_read(line, &read) != 0) return -1;
+  for (size_t i = 0; i < lines->held; i++) {
+    if (gpiod_line_bulk_get_line(&lines->lines, i) == line) event->place = lines->place_of[i];
+  }
+  event->level = read.event_type == GPIOD_LINE_EVENT_RISING_EDGE;
+  event->at_us = (double)read.ts.tv_sec * 1e6 + (double)read.ts.tv_nsec * 1e-3;
+  return 1;
+}
+
+static void release(struct linux_lines* lines) { gpiod_line_release_bulk(&lines->lines); }
 
 #else
 
-static bool find_line(struct linux_gpio* gpio, size_t index, const char* name) {
-  const int offset = gpiod_chip_get_line_offset_from_name(gpio->chip, name);
-  if (offset >= 0) gpio->offsets[index] = (unsigned)offset;
+static bool find_line(struct linux_lines* lines, const char* name) {
+  const int offset = gpiod_chip_get_line_offset_from_name(lines->chip, name);
+  if (offset >= 0) lines->offsets[lines->held] = (unsigned)offset;
   return offset >= 0;
 }
 
@@ -47,75 +91,160 @@ static enum gpiod_line_value value_of(int level) {
   return level ? GPIOD_LINE_VALUE_ACTIVE : GPIOD_LINE_VALUE_INACTIVE;
 }
 
-static bool configure(const struct linux_gpio* gpio, struct gpiod_line_settings* settings,
-                      struct gpiod_line_config* lines) {
-  if (gpiod_line_settings_set_direction(settings, GPIOD_LINE_DIRECTION_OUTPUT) != 0) return false;
-  for (size_t i = 0; i < LINUX_GPIO_LINES; i++) {
-    if (gpiod_line_settings_set_output_value(settings, value_of(gpio->levels[i])) != 0 ||
-        gpiod_line_config_add_line_settings(lines, &gpio->offsets[i], 1, settings) != 0) {
+static bool set_direction(const struct linux_lines* lines, struct gpiod_line_settings* settings) {
+  if (lines->outputs) {
+    return gpiod_line_settings_set_direction(settings, GPIOD_LINE_DIRECTION_OUTPUT) == 0;
+  }
+  return gpiod_line_settings_set_direction(settings, GPIOD_LINE_DIRECTION_INPUT) == 0 &&
+         gpiod_line_settings_set_edge_detection(settings, GPIOD_LINE_EDGE_BOTH) == 0 &&
+         gpiod_line_settings_set_event_clock(settings, GPIOD_LINE_CLOCK_MONOTONIC) == 0;
+}
+
+static bool configure(const struct linux_lines* lines, struct gpiod_line_settings* settings,
+                      struct gpiod_line_config* config) {
+  if (!set_direction(lines, settings)) return false;
+  for (size_t i = 0; i < lines->held; i++) {
+    const enum gpiod_line_value value = value_of(lines->levels[lines->place_of[i]]);
+    if ((lines->outputs && gpiod_line_settings_set_output_value(settings, value) != 0) ||
+        gpiod_line_config_add_line_settings(config, &lines->offsets[i], 1, settings) != 0) {
       return false;
     }
   }
   return true;
 }
 
-static bool request_lines(struct linux_gpio* gpio) {
+static bool request_lines(struct linux_lines* lines) {
+  enum { kEventsKept = 256 };  // more edges than a burst has
   struct gpiod_line_settings* settings = gpiod_line_settings_new();
-  struct gpiod_line_config* lines = gpiod_line_config_new();
+  struct gpiod_line_config* config = gpiod_line_config_new();
   struct gpiod_request_config* request = gpiod_request_config_new();
-  gpio->request = NULL;
-  if (settings != NULL && lines != NULL && request != NULL && configure(gpio, settings, lines)) {
+  lines->request = NULL;
+  lines->events = gpiod_edge_event_buffer_new(1);
+  if (settings != NULL && config != NULL && request != NULL && lines->events != NULL &&
+      configure(lines, settings, config)) {
     gpiod_request_config_set_consumer(request, kConsumer);
-    gpio->request = gpiod_chip_request_lines(gpio->chip, request, lines);
+    gpiod_request_config_set_event_buffer_size(request, kEventsKept);
+    lines->request = gpiod_chip_request_lines(lines->chip, request, config);
   }
+  const int reason = errno;
+  if (lines->request == NULL && lines->events != NULL) gpiod_edge_event_buffer_free(lines->events);
   gpiod_request_config_free(request);
-  gpiod_line_config_free(lines);
+  gpiod_line_config_free(config);
   gpiod_line_settings_free(settings);
-  return gpio->request != NULL;
+  errno = reason;
+  return lines->request != NULL;
 }
 
-static bool apply(struct linux_gpio* gpio, enum hal_line line) {
-  return gpiod_line_request_set_value(gpio->request, gpio->offsets[line],
-                                      value_of(gpio->levels[line])) == 0;
+static bool apply(struct linux_lines* lines, size_t place) {
+  enum gpiod_line_value values[LINUX_LINES_MAX];
+  for (size_t i = 0; i < lines->held; i++) {
+    values[i] = value_of(lines->levels[lines->place_of[i]]);
+    if (lines->place_of[i] == place) {
+      return gpiod_line_request_set_value(lines->request, lines->offsets[i], values[i]) == 0;
+    }
+  }
+  return gpiod_line_request_set_values(lines->request, values) == 0;
 }
 
-static void release(struct linux_gpio* gpio) { gpiod_line_request_release(gpio->request); }
+static bool read_levels(struct linux_lines* lines, int levels[LINUX_LINES_MAX]) {
+  enum gpiod_line_value values[LINUX_LINES_MAX];
+  if (gpiod_line_request_get_values(lines->request, values) != 0) return false;
+  for (size_t i = 0; i < lines->held; i++) levels[i] = values[i] == GPIOD_LINE_VALUE_ACTIVE;
+  return true;
+}
+
+static int wait_event(struct linux_lines* lines, struct linux_line_event* event) {
+  const int some = gpiod_line_request_wait_edge_events(lines->request, 0);
+  if (some <= 0) return some;
+  if (gpiod_line_request_read_edge_events(lines->request, lines->events, 1) != 1) return -1;
+  struct gpiod_edge_event* read = gpiod_edge_event_buffer_get_event(lines->events, 0);
+  for (size_t i = 0; i < lines->held; i++) {
+    if (lines->offsets[i] == gpiod_edge_event_get_line_offset(read)) {
+      event->place = lines->place_of[i];
+    }
+  }
+  event->level = gpiod_edge_event_get_event_type(read) == GPIOD_EDGE_EVENT_RISING_EDGE;
+  event->at_us = (double)gpiod_edge_event_get_timestamp_ns(read) * 1e-3;
+  return 1;
+}
+
+static void release(struct linux_lines* lines) {
+  gpiod_line_request_release(lines->request);
+  gpiod_edge_event_buffer_free(lines->events);
+}
 
 #endif
 
-static enum lam_status acquire(struct linux_gpio* gpio, const struct rig_linux* board) {
-  const char* const names[LINUX_GPIO_LINES] = {[HAL_BLANK] = board->blank_line,
-                                               [HAL_LATCH] = board->latch_line,
-                                               [HAL_TRIGGER] = board->trigger_line,
-                                               [HAL_LAMP] = board->lamp_line};
-  for (size_t i = 0; i < LINUX_GPIO_LINES; i++) {
+static enum lam_status find_lines(struct linux_lines* lines) {
+  for (size_t place = 0; place < lines->count; place++) {
+    if (lines->names[place][0] == '\0') continue;
     errno = ENOENT;
-    if (!find_line(gpio, i, names[i])) return fail(gpio, "no GPIO line", names[i]);
+    if (!find_line(lines, lines->names[place])) {
+      return fail(lines, "no GPIO line", lines->names[place]);
+    }
+    lines->place_of[lines->held++] = place;
   }
-  gpio->levels[HAL_BLANK] = 1;
-  return request_lines(gpio) ? LAM_OK : fail(gpio, "cannot drive the lines of", board->gpio_chip);
+  return LAM_OK;
 }
 
-enum lam_status linux_gpio_open(struct linux_gpio* gpio, const struct rig_linux* board) {
-  memset(gpio, 0, sizeof *gpio);
-  gpio->chip = gpiod_chip_open(board->gpio_chip);
-  if (gpio->chip == NULL) return fail(gpio, "cannot open", board->gpio_chip);
-  const enum lam_status status = acquire(gpio, board);
-  if (status != LAM_OK) gpiod_chip_close(gpio->chip);
+static enum lam_status open_lines(struct linux_lines* lines, const char* chip) {
+  lines->chip = gpiod_chip_open(chip);
+  if (lines->chip == NULL) return fail(lines, "cannot open", chip);
+  enum lam_status status = find_lines(lines);
+  if (status == LAM_OK && lines->held > 0 && !request_lines(lines)) {
+    status = fail(lines, lines->outputs ? "cannot drive" : "cannot watch", lines->names[0]);
+  }
+  if (status == LAM_OK && lines->held > 0) return LAM_OK;
+  gpiod_chip_close(lines->chip);
+  lines->chip = NULL;
   return status;
 }
 
-enum lam_status linux_gpio_set(struct linux_gpio* gpio, enum hal_line line, bool level,
-                               double* at_us) {
-  gpio->levels[line] = level;
-  const bool moved = apply(gpio, line);
-  *at_us = linux_now_us();
-  return moved ? LAM_OK : fail(gpio, "cannot set", "a GPIO line");
+enum lam_status linux_outputs_open(struct linux_lines* lines, const char* chip,
+                                   const char* const names[], const int levels[], size_t count) {
+  *lines = (struct linux_lines){.names = names, .count = count, .outputs = true};
+  memcpy(lines->levels, levels, count * sizeof levels[0]);
+  return open_lines(lines, chip);
 }
 
-void linux_gpio_close(struct linux_gpio* gpio) {
-  gpio->levels[HAL_BLANK] = 1;
-  apply(gpio, HAL_BLANK);
-  release(gpio);
-  gpiod_chip_close(gpio->chip);
+enum lam_status linux_inputs_open(struct linux_lines* lines, const char* chip,
+                                  const char* const names[], size_t count) {
+  *lines = (struct linux_lines){.names = names, .count = count};
+  return open_lines(lines, chip);
+}
+
+enum lam_status linux_outputs_set(struct linux_lines* outputs, size_t place, bool level,
+                                  double* at_us) {
+  outputs->levels[place] = level;
+  const bool idle = outputs->chip == NULL || outputs->names[place][0] == '\0';
+  const bool moved = idle || apply(outputs, place);
+  *at_us = linux_now_us();
+  return moved ? LAM_OK : fail(outputs, "cannot set GPIO line", outputs->names[place]);
+}
+
+enum lam_status linux_outputs_apply(struct linux_lines* outputs) {
+  if (outputs->chip == NULL || apply(outputs, LINUX_LINES_MAX)) return LAM_OK;
+  return fail(outputs, "cannot set the GPIO lines of", outputs->names[0]);
+}
+
+enum lam_status linux_inputs_read(struct linux_lines* inputs) {
+  if (inputs->chip == NULL) return LAM_OK;
+  int levels[LINUX_LINES_MAX];
+  if (!read_levels(inputs, levels)) return fail(inputs, "cannot read GPIO line", inputs->names[0]);
+  unpack(inputs, levels);
+  return LAM_OK;
+}
+
+enum lam_status linux_inputs_next(struct linux_lines* inputs, struct linux_line_event* event) {
+  const int some = inputs->chip == NULL ? 0 : wait_event(inputs, event);
+  if (some > 0) return LAM_OK;
+  return some == 0 ? LAM_WRONG_STATE
+                   : fail(inputs, "cannot hear GPIO lines such as", inputs->names[0]);
+}
+
+void linux_lines_close(struct linux_lines* lines) {
+  if (lines->chip == NULL) return;
+  release(lines);
+  gpiod_chip_close(lines->chip);
+  lines->chip = NULL;
 }

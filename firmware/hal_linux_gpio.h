@@ -1,35 +1,62 @@
-// The critical output lines, in one request of the kernel. All that differs between libgpiod 1.6
-// and 2 is in this module.
+// GPIO lines in requests of the kernel, found by the names that the device tree gives them. All
+// that differs between libgpiod 1.6 and 2 is in this module.
 #ifndef LAMELLA_FIRMWARE_HAL_LINUX_GPIO_H
 #define LAMELLA_FIRMWARE_HAL_LINUX_GPIO_H
 
 #include <gpiod.h>
+#include <stdbool.h>
+#include <stddef.h>
 
-#include "hal.h"
-#include "rig_linux.h"
+#include "status.h"
 
-enum { LINUX_GPIO_LINES = HAL_LAMP + 1 };
+enum { LINUX_LINES_MAX = 8 };
 
-struct linux_gpio {
-  struct gpiod_chip* chip;
+// The lines of one request, by their place in `names`; an empty name is a line that the rig has
+// not: setting it does nothing, it reads 0 and never has an edge.
+struct linux_lines {
+  struct gpiod_chip* chip;  // NULL: nothing is held
+  const char* const* names;
+  size_t count;
+  int levels[LINUX_LINES_MAX];  // as last set or read, by place
+  bool outputs;
+  size_t held;  // lines of the request
+  size_t place_of[LINUX_LINES_MAX];
 #if LAMELLA_GPIOD_MAJOR == 1
   struct gpiod_line_bulk lines;
 #else
   struct gpiod_line_request* request;
-  unsigned offsets[LINUX_GPIO_LINES];
+  struct gpiod_edge_event_buffer* events;
+  unsigned offsets[LINUX_LINES_MAX];
 #endif
-  int levels[LINUX_GPIO_LINES];
   char error[160];
 };
 
-// Requests the lines with BLANK at 1 and every other at 0. On LAM_HARDWARE nothing is held.
-enum lam_status linux_gpio_open(struct linux_gpio* gpio, const struct rig_linux* board);
+struct linux_line_event {
+  size_t place;
+  bool level;
+  double at_us;  // the kernel's own, CLOCK_MONOTONIC
+};
+
+// Drives the lines, from `levels` on: nothing else is ever driven, not even for a moment.
+// `names` outlives the lines. On LAM_HARDWARE nothing is held, and `error` says why.
+enum lam_status linux_outputs_open(struct linux_lines* lines, const char* chip,
+                                   const char* const names[], const int levels[], size_t count);
+// Pulls are the board's own. Both edges of every line are remembered by the kernel.
+enum lam_status linux_inputs_open(struct linux_lines* lines, const char* chip,
+                                  const char* const names[], size_t count);
 
 // at_us: just after the kernel has moved the line.
-enum lam_status linux_gpio_set(struct linux_gpio* gpio, enum hal_line line, bool level,
-                               double* at_us);
+enum lam_status linux_outputs_set(struct linux_lines* outputs, size_t place, bool level,
+                                  double* at_us);
+// Several at once: what `levels` says is driven.
+enum lam_status linux_outputs_apply(struct linux_lines* outputs);
 
-// Light off first; then the lines fall back to their pulls (BLANK's is up).
-void linux_gpio_close(struct linux_gpio* gpio);
+// Reads every line into `levels`.
+enum lam_status linux_inputs_read(struct linux_lines* inputs);
+// The oldest edge of some line that was not asked for yet; LAM_WRONG_STATE where there is none.
+enum lam_status linux_inputs_next(struct linux_lines* inputs, struct linux_line_event* event);
+
+// Outputs fall back to their pulls. Harmless where nothing is held.
+void linux_lines_close(struct linux_lines* lines);
 
 #endif

@@ -254,6 +254,7 @@ enum lam_status hal_sim_open(struct hal_sim* sim, const struct rig* rig, enum si
   sim->last_vblank_us = sim->opened_us = now_us(sim);
   sim->hal = (struct hal){.name = "sim",
                           .self = sim,
+                          .keeps_real_time = clock == SIM_CLOCK_REAL,
                           .now_us = now_us,
                           .wait_until_us = wait_until_us,
                           .prepare = prepare,

@@ -1,3 +1,4 @@
+#define _GNU_SOURCE
 #include "link.h"
 
 #include <arpa/inet.h>
@@ -16,7 +17,10 @@
 
 // While edges are played the link is heard only in gaps this long: a short answer fits many times.
 static const double kListenGapUs = 5000;
-static const int kIdlePollMs = 200;  // how soon a signal is noticed
+static const double kLongestPollUs = 200000;
+// On a real clock the loop sleeps until this long before an edge, and looks at the rig this often.
+static const double kReadyUs = 1000;
+static const double kWatchEveryUs = 2000;
 static const time_t kSendTimeoutS = 5;
 
 static bool parse_address(const char* text, struct sockaddr_in* address) {
@@ -154,11 +158,16 @@ static void hear(struct link_server* server) {
   if (count <= 0 || !answer_received(server)) hang_up(server);
 }
 
-// False where nobody spoke in time.
-static bool listen_once(struct link_server* server, int timeout_ms) {
+// False where nobody spoke in time. SIGTERM and SIGINT, which are held elsewhere, are let in here
+// alone: one that came earlier ends this wait at once.
+static bool listen_once(struct link_server* server, double timeout_us) {
   struct pollfd sockets[2] = {{.fd = server->listener, .events = POLLIN},
                               {.fd = server->host, .events = POLLIN}};
-  if (poll(sockets, 2, timeout_ms) <= 0) return false;
+  const long long timeout_ns = (long long)(timeout_us * 1e3);
+  const struct timespec timeout = {timeout_ns / 1000000000, timeout_ns % 1000000000};
+  sigset_t none_held;
+  sigemptyset(&none_held);
+  if (ppoll(sockets, 2, &timeout, &none_held) <= 0) return false;
   if (sockets[1].revents != 0) hear(server);
   if (sockets[0].revents != 0) welcome(server);
   return true;
@@ -168,10 +177,26 @@ static bool listen_once(struct link_server* server, int timeout_ms) {
 // while one listens, so it is moved on.
 static void tend_and_listen(struct link_server* server, struct hal* hal, bool working) {
   const double due_us = server->tend != NULL ? server->tend(server->tend_context) : INFINITY;
-  const double wait_ms = (due_us - hal->now_us(hal->self)) * 1e-3;
-  const int timeout_ms = working ? 0 : (int)ceil(fmin(fmax(wait_ms, 0), kIdlePollMs));
-  if (listen_once(server, timeout_ms) || working || wait_ms > kIdlePollMs) return;
-  hal->wait_until_us(hal->self, due_us);
+  const double wait_us = due_us - hal->now_us(hal->self);
+  const double timeout_us = working ? 0 : fmin(fmax(wait_us, 0), kLongestPollUs);
+  if (listen_once(server, timeout_us) || working || wait_us > kLongestPollUs) return;
+  if (!hal->keeps_real_time) hal->wait_until_us(hal->self, due_us);
+}
+
+// Between two edges on a real clock. A host is heard where an answer fits many times.
+static void rest_between_edges(struct link_server* server, struct session* session,
+                               double slack_us) {
+  const double rest_us = fmin(slack_us - kReadyUs, kWatchEveryUs);
+  sigset_t none_held;
+  sigemptyset(&none_held);
+  if (slack_us >= kListenGapUs) {
+    if (server->tend != NULL) server->tend(server->tend_context);
+    listen_once(server, rest_us);
+  } else {
+    const struct timespec rest = {.tv_nsec = (long)(rest_us * 1e3)};
+    ppoll(NULL, 0, &rest, &none_held);
+  }
+  session_watch(session);
 }
 
 void link_serve(struct link_server* server, struct session* session, volatile sig_atomic_t* stop) {
@@ -180,8 +205,16 @@ void link_serve(struct link_server* server, struct session* session, volatile si
   server->dialogue.context = server;
   bool working = false;
   while (!*stop) {
-    if (session_slack_us(session) >= kListenGapUs) tend_and_listen(server, session->hal, working);
-    working = session_work(session);
+    const double slack_us = session_slack_us(session);
+    if (session->playing && session->hal->keeps_real_time && slack_us > kReadyUs) {
+      rest_between_edges(server, session, slack_us);
+    } else {
+      if (slack_us >= kListenGapUs) {
+        tend_and_listen(server, session->hal, working);
+        session_watch(session);
+      }
+      working = session_work(session);
+    }
     if (!link_tell_news(&server->dialogue)) hang_up(server);
   }
 }

@@ -6,12 +6,14 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "hal_linux.h"
 #include "hal_sim.h"
 #include "link.h"
 #include "plan.h"
 #include "rig.h"
 #include "session.h"
 #include "store.h"
+#include "supervise.h"
 
 enum { kExitBadInput = 2, kExitRigFailed = 3, kMaxCalibrationBytes = 1 << 20 };
 
@@ -19,6 +21,8 @@ static const char kUsage[] =
     "usage: lamella-rigd --hal sim --rig FILE --twin SOCKET --calibration FILE\n"
     "                    --listen 127.0.0.1:PORT [--clock virtual|real]\n"
     "                    [--store FOLDER] [--inject FAULT]...\n"
+    "       lamella-rigd --hal linux --rig FILE --calibration FILE --listen 127.0.0.1:PORT\n"
+    "                    [--store FOLDER]\n"
     "       lamella-rigd --check --rig FILE\n"
     "       lamella-rigd --plan --rig FILE   (writes lamella.v1.Plan to standard output)\n"
     "faults of the simulated rig:\n" SIM_FAULT_NAMES;
@@ -39,8 +43,14 @@ static void on_signal(int number) {
   stop = 1;
 }
 
+// They are held until the serving loop has time for them (link.h): then they end its wait.
 static void catch_signals(void) {
-  struct sigaction action = {.sa_handler = on_signal};
+  const struct sigaction action = {.sa_handler = on_signal};
+  sigset_t held;
+  sigemptyset(&held);
+  sigaddset(&held, SIGTERM);
+  sigaddset(&held, SIGINT);
+  sigprocmask(SIG_BLOCK, &held, NULL);
   sigaction(SIGTERM, &action, NULL);
   sigaction(SIGINT, &action, NULL);
 }
@@ -58,13 +68,13 @@ static bool require(const char* value, const char* option) {
 static bool is_complete(const struct arguments* arguments) {
   if (arguments->check || arguments->plan) return require(arguments->rig, "--rig");
   if (!require(arguments->hal, "--hal") || !require(arguments->rig, "--rig") ||
-      !require(arguments->twin, "--twin") || !require(arguments->calibration, "--calibration") ||
+      !require(arguments->calibration, "--calibration") ||
       !require(arguments->listen, "--listen")) {
     return false;
   }
-  if (strcmp(arguments->hal, "sim") == 0) return true;
-  fprintf(stderr, "lamella-rigd: --hal %s: this build drives the simulated rig, sim, alone\n",
-          arguments->hal);
+  if (strcmp(arguments->hal, "linux") == 0) return true;
+  if (strcmp(arguments->hal, "sim") == 0) return require(arguments->twin, "--twin");
+  fprintf(stderr, "lamella-rigd: --hal %s: there are sim and linux\n", arguments->hal);
   return false;
 }
 
@@ -140,7 +150,11 @@ static int explain(enum lam_status status, const char* error) {
 // Everything that the daemon keeps for as long as it runs; nothing is allocated later.
 struct daemon {
   struct rig rig;
-  struct hal_sim sim;
+  struct hal* hal;
+  union {
+    struct hal_sim sim;
+    struct hal_linux board;
+  };
   struct store store;
   struct session session;
   struct link_server server;
@@ -162,10 +176,38 @@ static enum lam_status start_store(struct daemon* daemon, const char* folder, ch
                     error, error_size);
 }
 
-// What was asked for is checked before any hardware is touched. 0, or an exit code.
+static enum lam_status open_hal(struct daemon* daemon, const struct arguments* arguments) {
+  if (strcmp(arguments->hal, "linux") == 0) return hal_linux_open(&daemon->board);
+  daemon->hal = &daemon->sim.hal;
+  return hal_sim_open(&daemon->sim, &daemon->rig, arguments->clock, arguments->faults,
+                      arguments->twin);
+}
+
+static void darken(void* board) { hal_linux_darken(board); }
+
+// The lights' lines are taken, and dark, before there are two processes to hold them. 0 in the
+// sequencer, or an exit code; the supervisor does not come back.
+static int claim_lights(struct daemon* daemon) {
+  daemon->hal = &daemon->board.hal;
+  const enum lam_status status = hal_linux_claim(&daemon->board, &daemon->rig);
+  if (status != LAM_OK) return explain(status, daemon->hal->error);
+  const struct supervised supervised = {
+      .context = &daemon->board,
+      .lights_off = darken,
+      .priority = (int)daemon->rig.board.priority,
+  };
+  if (supervise_fork(&supervised, kExitRigFailed) == 0) return 0;
+  return explain(LAM_HARDWARE, "there can be no supervisor for the sequencer");
+}
+
+// What was asked for is checked before anything else of the hardware is touched. 0, or an exit
+// code.
 static int start(struct daemon* daemon, const struct arguments* arguments) {
   char error[200];
   if (!read_rig(arguments->rig, &daemon->rig)) return kExitBadInput;
+  const bool real = strcmp(arguments->hal, "linux") == 0;
+  const int unclaimed = real ? claim_lights(daemon) : 0;
+  if (unclaimed != 0) return unclaimed;
   struct link_server* server = &daemon->server;
   enum lam_status status = link_listen(server, arguments->listen, error, sizeof error);
   if (status != LAM_OK) return explain(status, error);
@@ -174,10 +216,9 @@ static int start(struct daemon* daemon, const struct arguments* arguments) {
   if (server->dialogue.calibration == NULL) return kExitBadInput;
   status = start_store(daemon, arguments->store, error, sizeof error);
   if (status != LAM_OK) return explain(status, error);
-  status = hal_sim_open(&daemon->sim, &daemon->rig, arguments->clock, arguments->faults,
-                        arguments->twin);
-  if (status != LAM_OK) return explain(status, daemon->sim.hal.error);
-  session_init(&daemon->session, &daemon->rig, &daemon->sim.hal, &daemon->store);
+  status = open_hal(daemon, arguments);
+  if (status != LAM_OK) return explain(status, daemon->hal->error);
+  session_init(&daemon->session, &daemon->rig, daemon->hal, &daemon->store);
   return 0;
 }
 
@@ -209,7 +250,8 @@ int main(int argc, char** argv) {
   printf("listening on 127.0.0.1:%u\n", daemon.server.port);
   fflush(stdout);
   link_serve(&daemon.server, &daemon.session, &stop);
-  daemon.sim.hal.close(&daemon.sim);  // lights off first
+  session_abort(&daemon.session);       // a burst under way ends plainly partial
+  daemon.hal->close(daemon.hal->self);  // lights off first
   store_close(&daemon.store);
   link_close(&daemon.server);
   return 0;

@@ -145,6 +145,30 @@ static bool play(struct session* session) {
   return true;
 }
 
+// The junctions are hotter than the board by what a lit LED heats itself.
+static double hottest_board_c(const struct rig* rig) {
+  return rig->leds_highest_junction_c - rig->leds_power_w * rig->leds_thermal_k_per_w;
+}
+
+void session_watch(struct session* session) {
+  if (!session->playing) return;
+  struct hal* hal = session->hal;
+  struct hal_senses senses;
+  double at_us = 0;
+  session->heart = !session->heart;
+  if (hal->set_line(hal->self, HAL_HEARTBEAT, session->heart, &at_us) != LAM_OK) {
+    fail(session, LAM_PART_OTHER, hal->error);
+  } else if (hal->sense(hal->self, &senses) != LAM_OK) {
+    fail(session, LAM_PART_ACTUATOR, hal->error);
+  } else if (senses.estopped) {
+    fail(session, LAM_PART_ESTOP, "the emergency stop is pressed: release it, then abort");
+  } else if (senses.hottest_c > hottest_board_c(session->rig)) {
+    fail(session, LAM_PART_HEAT, "the LEDs' board is too hot: let it cool, then abort");
+  } else if (store_fault(session->store)[0] != '\0') {
+    fail(session, LAM_PART_DISK, store_fault(session->store));
+  }
+}
+
 // The frame's own message: what it is of, and when it really happened.
 static void describe(const struct session* session, size_t step, unsigned camera,
                      lamella_v1_Frame* frame) {

@@ -32,6 +32,7 @@ struct session {
   struct timeline timeline;
   struct player player;
   lamella_v1_BurstDone done;
+  bool heart;         // level of the heartbeat's line
   bool has_news;      // BurstDone or FAULT that no host was told yet
   bool has_progress;  // a photograph more that no host was told of yet
 };
@@ -52,6 +53,11 @@ enum lam_status session_request_steps(struct session* session, const struct burs
 // Does the next piece of the burst: starts it, plays one edge, or fetches one photograph.
 // False where there is nothing to do. The end of a burst, good or bad, is also a line on stderr.
 bool session_work(struct session* session);
+
+// For the gaps of a burst, some hundred times a second: the heart beats, and what the inputs say,
+// or a full disk, may end the burst in FAULT with the lights off. Does nothing while none is
+// played.
+void session_watch(struct session* session);
 
 // While edges are played: time until the next one. Infinite otherwise.
 double session_slack_us(const struct session* session);

@@ -1,0 +1,384 @@
+#include "hal_linux.h"
+
+#include <fcntl.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "hal_linux_time.h"
+
+static const double kPauseUs = 5000;              // to a burst's zero where no display sets it
+static const double kTemperatureEveryUs = 50000;  // a sensor may take a millisecond to read
+static const double kStandEveryUs = 1000;
+
+static enum lam_status fail(struct hal_linux* board, const char* why) {
+  snprintf(board->hal.error, sizeof board->hal.error, "%s", why);
+  return LAM_HARDWARE;
+}
+
+static double now_us(void* self) {
+  (void)self;
+  return linux_now_us();
+}
+
+static void wait_until_us(void* self, double t_us) {
+  const struct hal_linux* board = self;
+  linux_wait_until_us(t_us, board->rig->board.spin_us);
+}
+
+// --- Lines ---
+
+// A shot is over, and another thread may ask for it, once its second edge is in its place.
+static enum lam_status note_trigger(struct hal_linux* board, bool level, double at_us) {
+  if (level == board->triggered) return LAM_OK;
+  board->triggered = level;
+  const unsigned number = atomic_load_explicit(&board->shot_count, memory_order_relaxed);
+  if (number == LINUX_MAX_SHOTS) return fail(board, "more shots in one burst than are counted");
+  struct linux_shot* shot = &board->shots[number];
+  if (level) {
+    *shot = (struct linux_shot){.number = number, .trigger_us = at_us};
+    return LAM_OK;
+  }
+  shot->untrigger_us = at_us;
+  atomic_store_explicit(&board->shot_count, number + 1, memory_order_release);
+  return LAM_OK;
+}
+
+static enum lam_status set_line(void* self, enum hal_line line, bool level, double* at_us) {
+  struct hal_linux* board = self;
+  if (line >= HAL_HEARTBEAT) {
+    struct linux_lines* operators = &board->operators;
+    const enum lam_status status = linux_outputs_set(operators, line - HAL_HEARTBEAT, level, at_us);
+    return status == LAM_OK ? LAM_OK : fail(board, operators->error);
+  }
+  const enum lam_status status = linux_outputs_set(&board->critical, line, level, at_us);
+  if (status != LAM_OK) return fail(board, board->critical.error);
+  return line == HAL_TRIGGER ? note_trigger(board, level, *at_us) : LAM_OK;
+}
+
+static void lights_off(void* self) {
+  struct hal_linux* board = self;
+  board->critical.levels[HAL_BLANK] = 1;
+  board->critical.levels[HAL_LAMP] = 0;
+  linux_outputs_apply(&board->critical);
+}
+
+static enum lam_status shift_leds(void* self, const uint8_t stream[CHAIN_BYTES],
+                                  uint8_t pushed_out[CHAIN_BYTES], double* at_us) {
+  struct hal_linux* board = self;
+  *at_us = linux_now_us();
+  if (linux_spi_shift(&board->spi, stream, pushed_out) == LAM_OK) return LAM_OK;
+  return fail(board, board->spi.error);
+}
+
+// --- Inputs ---
+
+static enum lam_status drain_inputs(struct hal_linux* board) {
+  struct linux_line_event event;
+  enum lam_status status;
+  while ((status = linux_inputs_next(&board->inputs, &event)) == LAM_OK) {
+    if (event.place != LINUX_AT_PARALLEL && event.place != LINUX_AT_CROSSED) continue;
+    linux_actuator_hear(&board->actuator, event.place == LINUX_AT_CROSSED, event.level,
+                        event.at_us);
+  }
+  linux_actuator_look(&board->actuator, linux_now_us());
+  return status == LAM_WRONG_STATE ? LAM_OK : fail(board, board->inputs.error);
+}
+
+// The kernel keeps few edges: they are taken over in the gaps of a burst.
+static void drain_loops(struct hal_linux* board) {
+  struct linux_line_event event;
+  while (board->seen_count < LINUX_MAX_SEEN && linux_inputs_next(&board->loops, &event) == LAM_OK) {
+    board->seen[board->seen_count++] = (struct hal_seen_edge){
+        event.place == LINUX_BLANK_SEEN ? HAL_BLANK : HAL_TRIGGER, event.level, event.at_us};
+  }
+}
+
+static bool next_seen(void* self, struct hal_seen_edge* edge) {
+  struct hal_linux* board = self;
+  drain_loops(board);
+  if (board->seen_given == board->seen_count) return false;
+  *edge = board->seen[board->seen_given++];
+  return true;
+}
+
+static bool read_temperature(struct hal_linux* board) {
+  if (board->temperature_fd < 0 || linux_now_us() < board->temperature_us) return true;
+  char text[16];
+  const ssize_t size = pread(board->temperature_fd, text, sizeof text - 1, 0);
+  if (size <= 0) return false;
+  text[size] = '\0';
+  char* end = NULL;
+  board->hottest_c = strtol(text, &end, 10) * 1e-3;
+  board->temperature_us = linux_now_us() + kTemperatureEveryUs;
+  return end != text;
+}
+
+static enum lam_status sense(void* self, struct hal_senses* senses) {
+  struct hal_linux* board = self;
+  drain_loops(board);
+  if (drain_inputs(board) != LAM_OK) return LAM_HARDWARE;
+  if (linux_inputs_read(&board->inputs) != LAM_OK) return fail(board, board->inputs.error);
+  if (!read_temperature(board)) return fail(board, "linux.temperature_file cannot be read");
+  const int* levels = board->inputs.levels;
+  *senses = (struct hal_senses){
+      .start_pressed = levels[LINUX_START] == 1,
+      .estopped = board->rig->board.estop_line[0] != '\0' && levels[LINUX_ESTOP] == 0,
+      .at_parallel = levels[LINUX_AT_PARALLEL] == 1,
+      .at_crossed = levels[LINUX_AT_CROSSED] == 1,
+      .hottest_c = board->hottest_c};
+  if (!linux_actuator_is_stuck(&board->actuator, linux_now_us())) return LAM_OK;
+  return fail(board, "the analyser's actuator has not reached its end stop: is it stuck?");
+}
+
+// --- Actuator ---
+
+static enum lam_status move_analyser(void* self, bool crossed, double* at_us) {
+  struct hal_linux* board = self;
+  const double start_us = linux_now_us();
+  linux_actuator_start(&board->actuator, crossed, start_us);
+  if (linux_outputs_set(&board->critical, LINUX_ANALYSER, crossed, at_us) == LAM_OK) return LAM_OK;
+  return fail(board, board->critical.error);
+}
+
+static bool arrived(void* self, double* at_us) {
+  struct hal_linux* board = self;
+  return drain_inputs(board) == LAM_OK && linux_actuator_arrived(&board->actuator, at_us);
+}
+
+// The analyser may still be on its way from the last burst.
+static enum lam_status await_rest(struct hal_linux* board) {
+  struct hal_senses senses;
+  do {
+    if (sense(board, &senses) != LAM_OK) return LAM_HARDWARE;
+    if (board->actuator.moving) linux_wait_until_us(linux_now_us() + kStandEveryUs, 0);
+  } while (board->actuator.moving);
+  const struct linux_actuator* actuator = &board->actuator;
+  const bool there = actuator->crossed ? senses.at_crossed : senses.at_parallel;
+  if (there || !actuator->has_stop[actuator->crossed]) return LAM_OK;
+  return fail(board, actuator->crossed ? "the analyser is not at its crossed end stop"
+                                       : "the analyser is not at its parallel end stop");
+}
+
+// --- Projector ---
+
+static enum lam_status commit_pattern(void* self, struct hal_pattern pattern, double* at_us) {
+  struct hal_linux* board = self;
+  if (!board->has_display) return fail(board, "the rig file names no linux.display_device");
+  if (linux_display_commit(&board->display, pattern, at_us) == LAM_OK) return LAM_OK;
+  return fail(board, board->display.error);
+}
+
+static bool flipped(void* self, double* at_us) {
+  struct hal_linux* board = self;
+  return board->has_display && linux_display_flipped(&board->display, at_us);
+}
+
+static enum lam_status find_zero(struct hal_linux* board, double* zero_us) {
+  if (board->has_display) {
+    if (linux_display_next_vblank(&board->display, zero_us) == LAM_OK) return LAM_OK;
+    return fail(board, board->display.error);
+  }
+  *zero_us = linux_now_us() + kPauseUs;
+  return LAM_OK;
+}
+
+// --- Cameras ---
+
+static enum lam_status arm_cameras(struct hal_linux* board) {
+  for (size_t i = 0; i < LINUX_CAMERAS; i++) {
+    struct linux_camera* camera = &board->cameras[i];
+    if (!board->has_camera[i]) continue;
+    camera->disarm(camera->self);
+    if (camera->arm(camera->self) != LAM_OK) return fail(board, camera->error);
+  }
+  return LAM_OK;
+}
+
+static enum lam_status read_photograph(void* self, unsigned shot, unsigned camera,
+                                       struct hal_photograph* photograph) {
+  struct hal_linux* board = self;
+  const char* why = NULL;
+  if (camera >= LINUX_CAMERAS || !board->has_camera[camera]) {
+    why = camera == 0 ? "the rig file names no linux.camera_left"
+                      : "the rig file names no linux.camera_right";
+  } else if (shot >= atomic_load_explicit(&board->shot_count, memory_order_acquire)) {
+    why = "a photograph was asked for before it was taken";
+  }
+  if (why != NULL) {
+    snprintf(photograph->error, sizeof photograph->error, "%s", why);
+    return LAM_HARDWARE;
+  }
+  struct linux_camera* taken = &board->cameras[camera];
+  return taken->read(taken->self, &board->shots[shot], photograph);
+}
+
+// --- Burst ---
+
+static enum lam_status resume(void* self, double* zero_us) {
+  struct hal_linux* board = self;
+  lights_off(board);
+  const enum lam_status rest = await_rest(board);
+  return rest == LAM_OK ? find_zero(board, zero_us) : rest;
+}
+
+static enum lam_status prepare(void* self, double* zero_us) {
+  struct hal_linux* board = self;
+  lights_off(board);
+  atomic_store_explicit(&board->shot_count, 0, memory_order_release);
+  board->triggered = false;
+  struct hal_seen_edge old;
+  while (next_seen(board, &old)) continue;
+  board->seen_count = board->seen_given = 0;
+  const enum lam_status armed = arm_cameras(board);
+  return armed == LAM_OK ? resume(board, zero_us) : armed;
+}
+
+// --- Opening and closing ---
+
+static void name_lines(struct hal_linux* board) {
+  const struct rig_linux* rig = &board->rig->board;
+  const char* const critical[LINUX_CRITICAL] = {rig->blank_line, rig->latch_line, rig->trigger_line,
+                                                rig->lamp_line, rig->analyser_line};
+  const char* const operators[LINUX_OPERATORS] = {rig->heartbeat_line, rig->ready_line,
+                                                  rig->buzzer_line};
+  const char* const inputs[LINUX_INPUTS] = {rig->start_line, rig->estop_line, rig->at_parallel_line,
+                                            rig->at_crossed_line};
+  const char* const loops[LINUX_LOOPS] = {rig->blank_seen_line, rig->trigger_seen_line};
+  memcpy(board->critical_names, critical, sizeof critical);
+  memcpy(board->operator_names, operators, sizeof operators);
+  memcpy(board->input_names, inputs, sizeof inputs);
+  memcpy(board->loop_names, loops, sizeof loops);
+}
+
+static void close_cameras(struct hal_linux* board) {
+  for (size_t i = 0; i < LINUX_CAMERAS; i++) {
+    if (board->has_camera[i]) board->cameras[i].close(board->cameras[i].self);
+    board->has_camera[i] = false;
+  }
+}
+
+static void close_rest(struct hal_linux* board) {
+  close_cameras(board);
+  if (board->has_display) linux_display_close(&board->display);
+  board->has_display = false;
+  linux_spi_close(&board->spi);
+  linux_lines_close(&board->operators);
+  linux_lines_close(&board->inputs);
+  linux_lines_close(&board->loops);
+  if (board->temperature_fd >= 0) close(board->temperature_fd);
+  if (board->latency_fd >= 0) close(board->latency_fd);
+  board->temperature_fd = board->latency_fd = -1;
+}
+
+static void close_rig(void* self) {
+  struct hal_linux* board = self;
+  lights_off(board);
+  close_rest(board);
+  linux_lines_close(&board->critical);
+}
+
+static enum lam_status open_lines(struct hal_linux* board) {
+  const char* chip = board->rig->board.gpio_chip;
+  const int low[LINUX_OPERATORS] = {0};
+  if (linux_outputs_open(&board->operators, chip, board->operator_names, low, LINUX_OPERATORS) !=
+      LAM_OK) {
+    return fail(board, board->operators.error);
+  }
+  if (linux_inputs_open(&board->inputs, chip, board->input_names, LINUX_INPUTS) != LAM_OK) {
+    return fail(board, board->inputs.error);
+  }
+  if (linux_inputs_open(&board->loops, chip, board->loop_names, LINUX_LOOPS) != LAM_OK) {
+    return fail(board, board->loops.error);
+  }
+  return LAM_OK;
+}
+
+static enum lam_status open_devices(struct hal_linux* board) {
+  const struct rig* rig = board->rig;
+  if (linux_spi_open(&board->spi, rig->board.spi_device, rig->leds_spi_hz) != LAM_OK) {
+    return fail(board, board->spi.error);
+  }
+  if (rig->board.display_device[0] != '\0') {
+    if (linux_display_open(&board->display, rig) != LAM_OK) {
+      return fail(board, board->display.error);
+    }
+    board->has_display = true;
+  }
+  const char* const where[LINUX_CAMERAS] = {rig->board.camera_left, rig->board.camera_right};
+  for (unsigned i = 0; i < LINUX_CAMERAS; i++) {
+    if (where[i][0] == '\0') continue;
+    if (linux_camera_open(&board->cameras[i], rig, i) != LAM_OK) {
+      return fail(board, board->cameras[i].error);
+    }
+    board->has_camera[i] = true;
+  }
+  return LAM_OK;
+}
+
+static enum lam_status open_temperature(struct hal_linux* board) {
+  const char* file = board->rig->board.temperature_file;
+  if (file[0] == '\0') return LAM_OK;
+  board->temperature_fd = open(file, O_RDONLY | O_CLOEXEC);
+  if (board->temperature_fd >= 0 && read_temperature(board)) return LAM_OK;
+  snprintf(board->hal.error, sizeof board->hal.error, "linux.temperature_file %.64s cannot be read",
+           file);
+  return LAM_HARDWARE;
+}
+
+enum lam_status hal_linux_claim(struct hal_linux* board, const struct rig* rig) {
+  memset(board, 0, sizeof *board);
+  board->rig = rig;
+  board->latency_fd = board->temperature_fd = board->spi.fd = -1;
+  board->hottest_c = NAN;
+  board->hal = (struct hal){.name = "linux",
+                            .self = board,
+                            .reads_while_playing = true,
+                            .keeps_real_time = true,
+                            .now_us = now_us,
+                            .wait_until_us = wait_until_us,
+                            .prepare = prepare,
+                            .resume = resume,
+                            .set_line = set_line,
+                            .shift_leds = shift_leds,
+                            .commit_pattern = commit_pattern,
+                            .flipped = flipped,
+                            .move_analyser = move_analyser,
+                            .arrived = arrived,
+                            .read_photograph = read_photograph,
+                            .next_seen = next_seen,
+                            .sense = sense,
+                            .lights_off = lights_off,
+                            .close = close_rig};
+  if (!rig->board.given) {
+    fail(board, "the rig file has no linux. keys: it is a simulated rig's");
+    return LAM_BAD_INPUT;
+  }
+  name_lines(board);
+  linux_actuator_init(&board->actuator, rig);
+  const int levels[LINUX_CRITICAL] = {
+      [HAL_BLANK] = 1, [LINUX_ANALYSER] = rig->analyser_parks_crossed};
+  const enum lam_status status = linux_outputs_open(&board->critical, rig->board.gpio_chip,
+                                                    board->critical_names, levels, LINUX_CRITICAL);
+  return status == LAM_OK ? LAM_OK : fail(board, board->critical.error);
+}
+
+enum lam_status hal_linux_open(struct hal_linux* board) {
+  enum lam_status status = open_lines(board);
+  if (status == LAM_OK) status = open_devices(board);
+  if (status == LAM_OK) status = open_temperature(board);
+  if (status != LAM_OK) {
+    close_rest(board);
+    return status;
+  }
+  linux_time_settle(&board->rig->board, &board->latency_fd);
+  return LAM_OK;
+}
+
+enum lam_status hal_linux_darken(struct hal_linux* board) {
+  if (linux_inputs_read(&board->critical) != LAM_OK) return fail(board, board->critical.error);
+  lights_off(board);
+  return LAM_OK;
+}
