@@ -34,7 +34,7 @@ static void wait_until_us(void* self, double t_us) {
 static enum lam_status note_trigger(struct hal_linux* board, bool level, double at_us) {
   if (level == board->triggered) return LAM_OK;
   board->triggered = level;
-  const unsigned number = atomic_load_explicit(&board->shot_count, memory_order_relaxed);
+  const unsigned number = __atomic_load_n(&board->shot_count, __ATOMIC_RELAXED);
   if (number == LINUX_MAX_SHOTS) return fail(board, "more shots in one burst than are counted");
   struct linux_shot* shot = &board->shots[number];
   if (level) {
@@ -42,7 +42,7 @@ static enum lam_status note_trigger(struct hal_linux* board, bool level, double 
     return LAM_OK;
   }
   shot->untrigger_us = at_us;
-  atomic_store_explicit(&board->shot_count, number + 1, memory_order_release);
+  __atomic_store_n(&board->shot_count, number + 1, __ATOMIC_RELEASE);
   return LAM_OK;
 }
 
@@ -204,7 +204,7 @@ static enum lam_status read_photograph(void* self, unsigned shot, unsigned camer
   if (camera >= LINUX_CAMERAS || !board->has_camera[camera]) {
     why = camera == 0 ? "the rig file names no linux.camera_left"
                       : "the rig file names no linux.camera_right";
-  } else if (shot >= atomic_load_explicit(&board->shot_count, memory_order_acquire)) {
+  } else if (shot >= __atomic_load_n(&board->shot_count, __ATOMIC_ACQUIRE)) {
     why = "a photograph was asked for before it was taken";
   }
   if (why != NULL) {
@@ -227,7 +227,7 @@ static enum lam_status resume(void* self, double* zero_us) {
 static enum lam_status prepare(void* self, double* zero_us) {
   struct hal_linux* board = self;
   lights_off(board);
-  atomic_store_explicit(&board->shot_count, 0, memory_order_release);
+  __atomic_store_n(&board->shot_count, 0, __ATOMIC_RELEASE);
   board->triggered = false;
   struct hal_seen_edge old;
   while (next_seen(board, &old)) continue;

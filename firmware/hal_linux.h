@@ -3,8 +3,6 @@
 #ifndef LAMELLA_FIRMWARE_HAL_LINUX_H
 #define LAMELLA_FIRMWARE_HAL_LINUX_H
 
-#include <stdatomic.h>
-
 #include "hal.h"
 #include "hal_linux_actuator.h"
 #include "hal_linux_camera.h"
@@ -39,7 +37,7 @@ struct hal_linux {
   int latency_fd, temperature_fd;    // -1: none
   double temperature_us, hottest_c;  // read then
   struct linux_shot shots[LINUX_MAX_SHOTS];
-  atomic_uint shot_count;  // those that are over: another thread reads them
+  unsigned shot_count;  // those that are over: another thread reads it, atomically
   bool triggered;
   struct hal_seen_edge seen[LINUX_MAX_SEEN];
   size_t seen_count, seen_given;

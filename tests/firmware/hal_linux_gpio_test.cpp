@@ -1,134 +1,218 @@
-// hal_linux_gpio on a libgpiod 1.6 that is played here and remembers what it was told.
+// hal_linux_gpio and what hal_linux makes of lines, on a chip that is played here.
 #include <gtest/gtest.h>
 
-#include <array>
-#include <cerrno>
+#include <cmath>
 #include <cstring>
-#include <string>
-#include <vector>
+
+#include "fake_gpio.h"
+#include "test_rig.h"
 
 extern "C" {
-#include "hal_linux_gpio.h"
+#include "hal_linux.h"
+#include "hal_linux_time.h"
 }
 
 namespace {
 
-using Levels = std::array<int, LINUX_GPIO_LINES>;
+using Levels = std::map<std::string, int>;
 
-struct Kernel {
-  std::vector<std::string> found;
-  std::vector<Levels> driven;  // the first is what the lines were requested with
-  int released = 0, closed = 0;
-  std::string unknown_line;
-  bool busy = false, broken = false;
-};
-Kernel kernel;
-
-Levels levels_of(const int* values) {
-  Levels levels;
-  std::copy(values, values + levels.size(), levels.begin());
-  return levels;
-}
-
-struct rig_linux board_of(const char* chip) {
-  struct rig_linux board = {};
-  std::strcpy(board.gpio_chip, chip);
-  std::strcpy(board.blank_line, "GPIO17");
-  std::strcpy(board.latch_line, "GPIO27");
-  std::strcpy(board.trigger_line, "GPIO22");
-  std::strcpy(board.lamp_line, "GPIO23");
-  return board;
-}
-
-class LinuxGpio : public testing::Test {
+class LinuxLines : public testing::Test {
  protected:
-  void SetUp() override { kernel = Kernel(); }
+  void SetUp() override { fake_gpio() = FakeGpio(); }
   enum lam_status open(const char* chip = "/dev/gpiochip0") {
-    const struct rig_linux board = board_of(chip);
-    return linux_gpio_open(&gpio_, &board);
+    static const char* const kNames[] = {"BLANK", "LATCH", ""};
+    static const int kLevels[] = {1, 0, 0};
+    return linux_outputs_open(&lines_, chip, kNames, kLevels, 3);
   }
-  struct linux_gpio gpio_;
+  struct linux_lines lines_;
   double at_us_ = 0;
+};
+
+class LinuxBoard : public testing::Test {
+ protected:
+  LinuxBoard() : rig_(test_rig()) {
+    struct rig_linux* b = &rig_.board;
+    b->given = true;
+    std::strcpy(b->gpio_chip, "/dev/gpiochip0");
+    std::strcpy(b->blank_line, "BLANK");
+    std::strcpy(b->latch_line, "LATCH");
+    std::strcpy(b->trigger_line, "TRIGGER");
+    std::strcpy(b->lamp_line, "LAMP");
+    std::strcpy(b->analyser_line, "ANALYSER");
+    std::strcpy(b->at_parallel_line, "AT_PARALLEL");
+    std::strcpy(b->at_crossed_line, "AT_CROSSED");
+    std::strcpy(b->estop_line, "ESTOP");
+    std::strcpy(b->start_line, "START");
+    fake_gpio() = FakeGpio();
+    fake_gpio().levels = {{"ESTOP", 1}, {"AT_PARALLEL", 1}};
+  }
+  void claim() {
+    ASSERT_EQ(hal_linux_claim(&board_, &rig_), LAM_OK) << board_.hal.error;
+    ASSERT_EQ(linux_inputs_open(&board_.inputs, "/dev/gpiochip0", board_.input_names, LINUX_INPUTS),
+              LAM_OK);
+  }
+  void set(enum hal_line line, bool level) {
+    double at_us = 0;
+    ASSERT_EQ(board_.hal.set_line(&board_, line, level, &at_us), LAM_OK);
+  }
+  enum lam_status sense() { return board_.hal.sense(&board_, &senses_); }
+
+  struct rig rig_;
+  struct hal_linux board_;
+  struct hal_senses senses_;
 };
 
 }  // namespace
 
-extern "C" {
-struct gpiod_chip* gpiod_chip_open(const char* path) {
-  errno = ENOENT;
-  return std::strcmp(path, "/dev/gpiochip0") == 0 ? reinterpret_cast<gpiod_chip*>(&kernel)
-                                                  : nullptr;
-}
-void gpiod_chip_close(struct gpiod_chip*) { kernel.closed++; }
-struct gpiod_line* gpiod_chip_find_line(struct gpiod_chip*, const char* name) {
-  if (name == kernel.unknown_line) return nullptr;
-  kernel.found.emplace_back(name);
-  return reinterpret_cast<gpiod_line*>(&kernel);
-}
-int gpiod_line_request_bulk_output(struct gpiod_line_bulk* bulk, const char*, const int* values) {
-  EXPECT_EQ(gpiod_line_bulk_num_lines(bulk), LINUX_GPIO_LINES);
-  errno = EBUSY;
-  if (kernel.busy) return -1;
-  kernel.driven.push_back(levels_of(values));
-  return 0;
-}
-int gpiod_line_set_value_bulk(struct gpiod_line_bulk* bulk, const int* values) {
-  EXPECT_EQ(gpiod_line_bulk_num_lines(bulk), LINUX_GPIO_LINES);
-  errno = EIO;
-  if (kernel.broken) return -1;
-  kernel.driven.push_back(levels_of(values));
-  return 0;
-}
-void gpiod_line_release_bulk(struct gpiod_line_bulk*) { kernel.released++; }
+TEST_F(LinuxLines, AreRequestedWithTheirLevelsSoThatNoLightFlashes) {
+  ASSERT_EQ(open(), LAM_OK);
+  EXPECT_EQ(fake_gpio().driven, std::vector<Levels>({{{"BLANK", 1}, {"LATCH", 0}}}));
+  EXPECT_EQ(fake_gpio().asked, std::vector<std::string>({"BLANK", "LATCH"}));
 }
 
-TEST_F(LinuxGpio, BlankIsRequestedHighSoThatNoLightFlashes) {
+TEST_F(LinuxLines, SettingOneLeavesTheOthersAsTheyWere) {
   ASSERT_EQ(open(), LAM_OK);
-  EXPECT_EQ(kernel.driven, std::vector<Levels>({{1, 0, 0, 0}}));
-  EXPECT_EQ(kernel.found, std::vector<std::string>({"GPIO17", "GPIO27", "GPIO22", "GPIO23"}));
-}
-
-TEST_F(LinuxGpio, SettingOneLineLeavesTheOthersAsTheyWere) {
-  ASSERT_EQ(open(), LAM_OK);
-  ASSERT_EQ(linux_gpio_set(&gpio_, HAL_TRIGGER, true, &at_us_), LAM_OK);
-  ASSERT_EQ(linux_gpio_set(&gpio_, HAL_BLANK, false, &at_us_), LAM_OK);
-  ASSERT_EQ(linux_gpio_set(&gpio_, HAL_BLANK, true, &at_us_), LAM_OK);
-  EXPECT_EQ(kernel.driven,
-            std::vector<Levels>({{1, 0, 0, 0}, {1, 0, 1, 0}, {0, 0, 1, 0}, {1, 0, 1, 0}}));
+  ASSERT_EQ(linux_outputs_set(&lines_, 1, true, &at_us_), LAM_OK);
+  ASSERT_EQ(linux_outputs_set(&lines_, 0, false, &at_us_), LAM_OK);
+  EXPECT_EQ(fake_gpio().driven, std::vector<Levels>({{{"BLANK", 1}, {"LATCH", 0}},
+                                                     {{"BLANK", 1}, {"LATCH", 1}},
+                                                     {{"BLANK", 0}, {"LATCH", 1}}}));
   EXPECT_GT(at_us_, 0);
 }
 
-TEST_F(LinuxGpio, ClosingPutsTheLightOutBeforeItLetsTheLinesGo) {
+TEST_F(LinuxLines, ALineThatTheRigHasNotIsSetWithoutAnEffect) {
   ASSERT_EQ(open(), LAM_OK);
-  ASSERT_EQ(linux_gpio_set(&gpio_, HAL_BLANK, false, &at_us_), LAM_OK);
-  linux_gpio_close(&gpio_);
-  EXPECT_EQ(kernel.driven.back()[HAL_BLANK], 1);
-  EXPECT_EQ(kernel.released, 1);
-  EXPECT_EQ(kernel.closed, 1);
+  ASSERT_EQ(linux_outputs_set(&lines_, 2, true, &at_us_), LAM_OK);
+  EXPECT_EQ(fake_gpio().driven.size(), 1u);
 }
 
-TEST_F(LinuxGpio, AMissingChipIsNamed) {
+TEST_F(LinuxLines, AMissingChipIsNamed) {
   EXPECT_EQ(open("/dev/gpiochip9"), LAM_HARDWARE);
-  EXPECT_STREQ(gpio_.error, "cannot open /dev/gpiochip9: No such file or directory");
+  EXPECT_STREQ(lines_.error, "cannot open /dev/gpiochip9: No such file or directory");
 }
 
-TEST_F(LinuxGpio, AMissingLineIsNamedAndNothingIsHeld) {
-  kernel.unknown_line = "GPIO22";
+TEST_F(LinuxLines, AMissingLineIsNamedAndNothingIsHeld) {
+  fake_gpio().unknown_line = "LATCH";
   EXPECT_EQ(open(), LAM_HARDWARE);
-  EXPECT_STREQ(gpio_.error, "no GPIO line GPIO22: No such file or directory");
-  EXPECT_TRUE(kernel.driven.empty());
-  EXPECT_EQ(kernel.closed, 1);
+  EXPECT_STREQ(lines_.error, "no GPIO line LATCH: No such file or directory");
+  EXPECT_TRUE(fake_gpio().driven.empty());
+  EXPECT_EQ(fake_gpio().closed, 1);
 }
 
-TEST_F(LinuxGpio, LinesThatAnotherProgramHasAreAnError) {
-  kernel.busy = true;
+TEST_F(LinuxLines, ThoseThatAnotherProgramHasAreAnError) {
+  fake_gpio().busy = true;
   EXPECT_EQ(open(), LAM_HARDWARE);
-  EXPECT_EQ(kernel.closed, 1);
-  EXPECT_NE(std::string(gpio_.error).find("busy"), std::string::npos) << gpio_.error;
+  EXPECT_EQ(fake_gpio().closed, 1);
+  EXPECT_NE(std::string(lines_.error).find("busy"), std::string::npos) << lines_.error;
 }
 
-TEST_F(LinuxGpio, ALineThatDoesNotMoveIsAnError) {
+TEST_F(LinuxLines, OneThatDoesNotMoveIsAnError) {
   ASSERT_EQ(open(), LAM_OK);
-  kernel.broken = true;
-  EXPECT_EQ(linux_gpio_set(&gpio_, HAL_LATCH, true, &at_us_), LAM_HARDWARE);
+  fake_gpio().broken = true;
+  EXPECT_EQ(linux_outputs_set(&lines_, 1, true, &at_us_), LAM_HARDWARE);
+  EXPECT_EQ(linux_outputs_apply(&lines_), LAM_HARDWARE);
+}
+
+TEST_F(LinuxBoard, ClaimsTheLightsDark) {
+  claim();
+  EXPECT_EQ(fake_gpio().driven,
+            std::vector<Levels>(
+                {{{"BLANK", 1}, {"LATCH", 0}, {"TRIGGER", 0}, {"LAMP", 0}, {"ANALYSER", 0}}}));
+}
+
+TEST_F(LinuxBoard, ARigFileOfASimulatedRigIsRefused) {
+  rig_.board.given = false;
+  EXPECT_EQ(hal_linux_claim(&board_, &rig_), LAM_BAD_INPUT);
+  EXPECT_TRUE(fake_gpio().driven.empty());
+}
+
+TEST_F(LinuxBoard, ASupervisorDarkensTheLightsAndMovesNothingElse) {
+  claim();
+  // What the sequencer did before it died, unknown to this process.
+  fake_gpio().levels["BLANK"] = 0;
+  fake_gpio().levels["LAMP"] = 1;
+  fake_gpio().levels["ANALYSER"] = 1;
+  ASSERT_EQ(hal_linux_darken(&board_), LAM_OK);
+  EXPECT_EQ(fake_gpio().driven.back(),
+            Levels({{"BLANK", 1}, {"LATCH", 0}, {"TRIGGER", 0}, {"LAMP", 0}, {"ANALYSER", 1}}));
+}
+
+TEST_F(LinuxBoard, ABrokenWireToTheEmergencyStopStops) {
+  claim();
+  ASSERT_EQ(sense(), LAM_OK);
+  EXPECT_FALSE(senses_.estopped);
+  fake_gpio().levels["ESTOP"] = 0;
+  ASSERT_EQ(sense(), LAM_OK);
+  EXPECT_TRUE(senses_.estopped);
+}
+
+TEST_F(LinuxBoard, ARigWithoutAnEmergencyStopInputIsNotStopped) {
+  rig_.board.estop_line[0] = '\0';
+  claim();
+  ASSERT_EQ(sense(), LAM_OK);
+  EXPECT_FALSE(senses_.estopped);
+}
+
+TEST_F(LinuxBoard, TheAnalyserArrivesWhenItsEndStopSays) {
+  claim();
+  double at_us = 0;
+  ASSERT_EQ(board_.hal.move_analyser(&board_, true, &at_us), LAM_OK);
+  EXPECT_FALSE(board_.hal.arrived(&board_, &at_us));
+  const double stop_us = linux_now_us() + 10;
+  fake_gpio().edges.push_back({"AT_CROSSED", true, stop_us});
+  ASSERT_TRUE(board_.hal.arrived(&board_, &at_us));
+  EXPECT_NEAR(at_us, stop_us, 1e-3);
+  EXPECT_FALSE(board_.hal.arrived(&board_, &at_us)) << "it is told once";
+}
+
+TEST_F(LinuxBoard, AnAnalyserThatDoesNotArriveIsStuck) {
+  rig_.analyser_move_us = 1000;
+  claim();
+  double at_us = 0;
+  ASSERT_EQ(board_.hal.move_analyser(&board_, true, &at_us), LAM_OK);
+  EXPECT_EQ(sense(), LAM_OK);
+  linux_wait_until_us(linux_now_us() + 2000, 0);
+  EXPECT_EQ(sense(), LAM_HARDWARE);
+  EXPECT_NE(std::strstr(board_.hal.error, "stuck"), nullptr) << board_.hal.error;
+}
+
+TEST_F(LinuxBoard, WithoutEndStopsTheAnalyserArrivesWhenTheRigFileSays) {
+  rig_.board.at_crossed_line[0] = rig_.board.at_parallel_line[0] = '\0';
+  rig_.analyser_move_us = 1000;
+  claim();
+  double started_us = 0, at_us = 0;
+  ASSERT_EQ(board_.hal.move_analyser(&board_, true, &started_us), LAM_OK);
+  linux_wait_until_us(linux_now_us() + 1500, 0);
+  ASSERT_TRUE(board_.hal.arrived(&board_, &at_us));
+  EXPECT_NEAR(at_us, started_us + 1000, 100);
+}
+
+TEST_F(LinuxBoard, ABurstDoesNotBeginWithTheAnalyserBetweenItsStops) {
+  claim();
+  fake_gpio().levels["AT_PARALLEL"] = 0;
+  double zero_us = 0;
+  EXPECT_EQ(board_.hal.prepare(&board_, &zero_us), LAM_HARDWARE);
+  EXPECT_STREQ(board_.hal.error, "the analyser is not at its parallel end stop");
+}
+
+TEST_F(LinuxBoard, InputsThatCannotBeHeardAreAnError) {
+  claim();
+  fake_gpio().deaf = true;
+  EXPECT_EQ(sense(), LAM_HARDWARE);
+}
+
+TEST_F(LinuxBoard, APhotographThatNobodyTookIsRefusedWithTheReason) {
+  claim();
+  struct hal_photograph photograph = {};
+  EXPECT_EQ(board_.hal.read_photograph(&board_, 0, 1, &photograph), LAM_HARDWARE);
+  EXPECT_STREQ(photograph.error, "the rig file names no linux.camera_right");
+}
+
+TEST_F(LinuxBoard, AShotIsTheTimeBetweenTwoEdgesOfTheTrigger) {
+  claim();
+  set(HAL_TRIGGER, true);
+  EXPECT_EQ(board_.shot_count, 0u) << "it is not over";
+  set(HAL_TRIGGER, false);
+  ASSERT_EQ(board_.shot_count, 1u);
+  EXPECT_GE(board_.shots[0].untrigger_us, board_.shots[0].trigger_us);
 }

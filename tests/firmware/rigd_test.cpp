@@ -220,7 +220,8 @@ TEST_F(Rigd, RefusesToListenBeyondLoopback) {
 TEST_F(Rigd, BadInputIsOneLineAndExitCodeTwo) {
   expect_failure({"--rig", "/nowhere.rig"}, 2, "/nowhere.rig: cannot be read");
   expect_failure({"--calibration", "/nowhere.json"}, 2, "/nowhere.json: cannot be read");
-  expect_failure({"--hal", "linux"}, 2, "--hal linux");
+  expect_failure({"--hal", "linux"}, 2, "the rig file has no linux. keys");
+  expect_failure({"--hal", "arduino"}, 2, "there are sim and linux");
   expect_failure({"--clock", "sundial"}, 2, "sundial");
   expect_failure({"--inject", "flip-bit:9999"}, 2, "flip-bit:9999");
   const std::string wrong = folder / "wrong.rig";

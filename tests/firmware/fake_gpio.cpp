@@ -1,0 +1,101 @@
+#include "fake_gpio.h"
+
+#include <gpiod.h>
+
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <set>
+
+namespace {
+
+FakeGpio chip;
+
+// A line is the address of its own name.
+const std::string& name_of(struct gpiod_line* line) {
+  return *reinterpret_cast<const std::string*>(line);
+}
+
+std::vector<std::string> names_of(struct gpiod_line_bulk* bulk) {
+  std::vector<std::string> names;
+  for (unsigned i = 0; i < gpiod_line_bulk_num_lines(bulk); i++) {
+    names.push_back(name_of(gpiod_line_bulk_get_line(bulk, i)));
+  }
+  return names;
+}
+
+int drive(struct gpiod_line_bulk* bulk, const int* values) {
+  const std::vector<std::string> names = names_of(bulk);
+  std::map<std::string, int> driven;
+  for (size_t i = 0; i < names.size(); i++) chip.levels[names[i]] = driven[names[i]] = values[i];
+  chip.driven.push_back(driven);
+  return 0;
+}
+
+}  // namespace
+
+FakeGpio& fake_gpio() { return chip; }
+
+extern "C" {
+struct gpiod_chip* gpiod_chip_open(const char* path) {
+  errno = ENOENT;
+  return std::strcmp(path, "/dev/gpiochip0") == 0 ? reinterpret_cast<gpiod_chip*>(&chip) : nullptr;
+}
+
+void gpiod_chip_close(struct gpiod_chip*) { chip.closed++; }
+
+struct gpiod_line* gpiod_chip_find_line(struct gpiod_chip*, const char* name) {
+  static std::set<std::string> names;
+  if (name == chip.unknown_line) return nullptr;
+  chip.asked.emplace_back(name);
+  return reinterpret_cast<gpiod_line*>(const_cast<std::string*>(&*names.insert(name).first));
+}
+
+int gpiod_line_request_bulk_output(struct gpiod_line_bulk* bulk, const char*, const int* values) {
+  errno = EBUSY;
+  return chip.busy ? -1 : drive(bulk, values);
+}
+
+int gpiod_line_set_value_bulk(struct gpiod_line_bulk* bulk, const int* values) {
+  errno = EIO;
+  return chip.broken ? -1 : drive(bulk, values);
+}
+
+int gpiod_line_request_bulk_both_edges_events(struct gpiod_line_bulk*, const char*) {
+  errno = EBUSY;
+  return chip.busy ? -1 : 0;
+}
+
+int gpiod_line_get_value_bulk(struct gpiod_line_bulk* bulk, int* values) {
+  errno = EIO;
+  if (chip.deaf) return -1;
+  for (const std::string& name : names_of(bulk)) *values++ = chip.levels[name];
+  return 0;
+}
+
+int gpiod_line_event_wait_bulk(struct gpiod_line_bulk* bulk, const struct timespec*,
+                               struct gpiod_line_bulk* ready) {
+  errno = EIO;
+  if (chip.deaf) return -1;
+  for (unsigned i = 0; i < gpiod_line_bulk_num_lines(bulk); i++) {
+    struct gpiod_line* line = gpiod_line_bulk_get_line(bulk, i);
+    if (chip.edges.empty() || name_of(line) != chip.edges.front().line) continue;
+    gpiod_line_bulk_init(ready);
+    gpiod_line_bulk_add(ready, line);
+    return 1;
+  }
+  return 0;
+}
+
+int gpiod_line_event_read(struct gpiod_line*, struct gpiod_line_event* event) {
+  const FakeGpio::Edge edge = chip.edges.front();
+  chip.edges.pop_front();
+  chip.levels[edge.line] = edge.level;
+  event->event_type = edge.level ? GPIOD_LINE_EVENT_RISING_EDGE : GPIOD_LINE_EVENT_FALLING_EDGE;
+  event->ts.tv_sec = time_t(edge.at_us / 1e6);
+  event->ts.tv_nsec = long(std::fmod(edge.at_us, 1e6) * 1e3);
+  return 0;
+}
+
+void gpiod_line_release_bulk(struct gpiod_line_bulk*) { chip.released++; }
+}

@@ -1,0 +1,26 @@
+// A GPIO chip of libgpiod 1.6, played here: it remembers what it was told and has the levels and
+// the edges that a test gives it.
+#pragma once
+
+#include <deque>
+#include <map>
+#include <string>
+#include <vector>
+
+struct FakeGpio {
+  struct Edge {
+    std::string line;
+    bool level;
+    double at_us;
+  };
+  std::map<std::string, int> levels;               // of every line, driven or pulled
+  std::vector<std::string> asked;                  // lines looked for, in order
+  std::vector<std::map<std::string, int>> driven;  // each time outputs were set or requested
+  std::deque<Edge> edges;                          // not yet read
+  int released = 0, closed = 0;
+  std::string unknown_line;
+  bool busy = false, broken = false, deaf = false;
+};
+
+// The chip of the test that runs; /dev/gpiochip0.
+FakeGpio& fake_gpio();

@@ -1,0 +1,86 @@
+// The supervisor as a process of its own; its lights are a file that it writes to.
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <string>
+
+extern "C" {
+#include "supervise.h"
+}
+
+namespace {
+
+constexpr int kDiedExit = 77;
+
+void note_lights_off(void* context) {
+  const int out = *static_cast<int*>(context);
+  if (write(out, "off", 3) != 3) _exit(1);
+}
+
+struct Outcome {
+  int exit_code;
+  std::string told;
+};
+
+// Runs a supervisor whose sequencer does `work`, and then `meanwhile` with the supervisor's number.
+Outcome run(void (*work)(), void (*meanwhile)(pid_t) = nullptr) {
+  int ends[2];
+  EXPECT_EQ(pipe(ends), 0);
+  const pid_t supervisor = fork();
+  if (supervisor == 0) {
+    close(ends[0]);
+    const struct supervised supervised = {&ends[1], note_lights_off, 0};
+    if (supervise_fork(&supervised, kDiedExit) == 0) {
+      if (write(ends[1], "run ", 4) != 4) _exit(1);
+      work();
+    }
+    _exit(99);
+  }
+  close(ends[1]);
+  std::string told;
+  char text[16];
+  ssize_t size = read(ends[0], text, 4);
+  told.append(text, size_t(size));
+  if (meanwhile != nullptr) meanwhile(supervisor);
+  while ((size = read(ends[0], text, sizeof text)) > 0) told.append(text, size_t(size));
+  close(ends[0]);
+  int status = 0;
+  waitpid(supervisor, &status, 0);
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status), told};
+}
+
+void wait_for_signals() {
+  sigset_t none;
+  sigemptyset(&none);
+  signal(SIGTERM, [](int) { _exit(5); });
+  sigsuspend(&none);
+}
+
+}  // namespace
+
+TEST(Supervisor, HandsOnTheSequencersExitCode) {
+  const Outcome outcome = run([] { _exit(3); });
+  EXPECT_EQ(outcome.exit_code, 3);
+  EXPECT_EQ(outcome.told, "run off") << "the lights are off whatever ended it";
+}
+
+TEST(Supervisor, TurnsTheLightsOffWhenTheSequencerIsKilled) {
+  const Outcome outcome = run([] { kill(getpid(), SIGKILL); });
+  EXPECT_EQ(outcome.exit_code, kDiedExit);
+  EXPECT_EQ(outcome.told, "run off");
+}
+
+TEST(Supervisor, HandsSigtermOnToTheSequencer) {
+  const Outcome outcome = run(wait_for_signals, [](pid_t pid) { kill(pid, SIGTERM); });
+  EXPECT_EQ(outcome.exit_code, 5) << "the sequencer's own way to end";
+}
+
+TEST(Supervisor, IsFollowedByTheSequencerWhenItIsKilledItself) {
+  const Outcome outcome = run(wait_for_signals, [](pid_t pid) { kill(pid, SIGKILL); });
+  EXPECT_EQ(outcome.exit_code, -SIGKILL);
+  EXPECT_EQ(outcome.told, "run ") << "the pipe has closed: its sequencer ended too";
+}
