@@ -17,9 +17,15 @@ namespace {
 constexpr double kTwinReady_s = 180;  // it simulates its skin first
 constexpr double kFirmwareReady_s = 20;
 
+// Of an installed program beside it, else of the source tree that it was built from.
+fs::path board_folder() {
+  const fs::path installed = own_binary().parent_path().parent_path() / "share/lamella/board";
+  return fs::exists(installed) ? installed : fs::path(LAMELLA_BOARD_DIR);
+}
+
 // A bare name is that of a rig file that ships, unless there is such a file here.
 std::string find_rig_file(const fs::path& name) {
-  const fs::path shipped = fs::path(LAMELLA_BOARD_DIR) / (name.string() + ".rig");
+  const fs::path shipped = board_folder() / (name.string() + ".rig");
   const bool is_bare = !name.has_parent_path() && !name.has_extension();
   return is_bare && !fs::exists(name) && fs::exists(shipped) ? shipped.string() : name.string();
 }
