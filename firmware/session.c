@@ -97,6 +97,7 @@ enum lam_status session_request_steps(struct session* session, const struct burs
                   session->state == STATE(FAULT) ? "the rig is in FAULT: abort clears it"
                                                  : "a burst is under way");
   }
+  if (session->occupied != NULL) return refuse(session, LAM_WRONG_STATE, session->occupied);
   struct safety_finding finding;
   burst_order(session->rig, steps, count, session->stands_crossed, &session->plan);
   timeline_build(session->rig, &session->plan, &session->timeline);

@@ -23,8 +23,9 @@ struct session {
   lamella_v1_RigState state;
   char fault[128];
   enum lam_part fault_part;
-  char refusal[160];  // why the last request or abort was refused
-  uint64_t burst_id;  // of the newest burst; the store gives it
+  const char* occupied;  // why no burst may begin now, for whoever asks; NULL: it may
+  char refusal[160];     // why the last request or abort was refused
+  uint64_t burst_id;     // of the newest burst; the store gives it
   bool stands_crossed;
   bool playing;  // within RUNNING: edges, then photographs
   unsigned collected;

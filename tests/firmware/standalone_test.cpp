@@ -1,0 +1,303 @@
+// Button to session with no host, and what light and buzzer say on the way, by their lines alone.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "fake_twin.h"
+#include "test_rig.h"
+
+extern "C" {
+#include "hal_sim.h"
+#include "standalone.h"
+}
+
+namespace {
+
+constexpr double kTickUs = 10e3;
+
+struct Bench {
+  explicit Bench(const std::vector<std::string>& injected = {}) : block(4 << 20) {
+    sim_faults faults = kSimNoFaults;
+    for (const std::string& fault : injected) {
+      EXPECT_TRUE(sim_faults_parse(fault.c_str(), &faults)) << fault;
+    }
+    EXPECT_EQ(hal_sim_open(&sim, &rig, SIM_CLOCK_VIRTUAL, faults, twin.path().c_str()), LAM_OK);
+    store_init(&photographs, block.data(), block.size());
+    session_init(&session, &rig, &sim.hal, &photographs);
+    selftest_init(&selftest, &rig, &sim.hal, &photographs);
+    standalone_init(&alone, &session, &selftest, SELFTEST_ALL);
+    alone.has_button = true;
+  }
+  ~Bench() { sim.hal.close(&sim); }
+
+  double now_us() { return sim.hal.now_us(&sim); }
+
+  // The serving loop without sockets.
+  void pass() {
+    double due_us = now_us();
+    if (session_slack_us(&session) >= 5000) due_us = standalone_tend(&alone);
+    if (!session_work(&session)) sim.hal.wait_until_us(&sim, due_us);
+  }
+  void run(double for_us) {
+    for (const double end_us = now_us() + for_us; now_us() < end_us;) pass();
+  }
+  void run_until(standalone_state state, double at_most_us = 60e6) {
+    const double end_us = now_us() + at_most_us;
+    while (alone.state != state && now_us() < end_us) pass();
+    ASSERT_EQ(alone.state, state) << kPanelTable[alone.panel.code].name;
+  }
+  void press(double for_us) {
+    sim.faults.press_us = now_us() - sim.opened_us;
+    sim.faults.hold_us = for_us;
+    run(for_us + 50e3);
+  }
+
+  // The level of a line at an instant, by what the simulated rig saw.
+  bool level(hal_line line, double t_us) const {
+    bool level = false;
+    for (size_t i = 0; i < sim.signal_count && sim.signals[i].at_us <= t_us; i++) {
+      if (sim.signals[i].line == line) level = sim.signals[i].level;
+    }
+    return level;
+  }
+
+  // Asserts that both lines played the code's pattern from its beginning to now.
+  void expect_shown(panel_code code) {
+    EXPECT_EQ(alone.panel.code, code) << kPanelTable[alone.panel.code].name;
+    const panel_entry& entry = kPanelTable[code];
+    expect_line(HAL_READY, entry.light, entry.name);
+    expect_line(HAL_BUZZER, entry.buzzer, entry.name);
+  }
+
+  void expect_line(hal_line line, const panel_pattern& pattern, const char* name) {
+    // A tick late at most, and the light as late as it must not rise again.
+    const double late_us = 2.5 * kTickUs;
+    for (double t_us = alone.panel.since_us; t_us < now_us() - late_us; t_us += 1e3) {
+      const double since_us = t_us - alone.panel.since_us;
+      const bool before = panel_pattern_level(&pattern, since_us - late_us);
+      const bool now = panel_pattern_level(&pattern, since_us);
+      if (before != now || since_us < late_us) continue;
+      ASSERT_EQ(level(line, t_us), now) << name << " line " << line << " at " << since_us;
+    }
+  }
+
+  struct rig rig = test_rig();
+  FakeTwin twin;
+  std::vector<uint8_t> block;
+  struct hal_sim sim;
+  struct store photographs;
+  struct session session;
+  struct selftest selftest;
+  struct standalone alone;
+};
+
+}  // namespace
+
+TEST(Standalone, ButtonToSessionWithNoHost) {
+  Bench bench;
+  EXPECT_EQ(bench.alone.state, STANDALONE_TESTING);
+  EXPECT_EQ(bench.alone.panel.code, PANEL_STARTING);
+  bench.run_until(STANDALONE_READY);
+  bench.run(1e6);
+  bench.expect_shown(PANEL_READY);
+
+  bench.press(100e3);
+  EXPECT_EQ(bench.alone.state, STANDALONE_COUNTDOWN);
+  bench.run(2.5e6);
+  bench.expect_shown(PANEL_COUNTDOWN);
+  EXPECT_TRUE(bench.twin.reports().size() == 4u) << "no photograph before the countdown is over";
+
+  bench.run_until(STANDALONE_BURST);
+  while (bench.session.state != lamella_v1_RigState_RUNNING) bench.pass();
+  const double zero_us = bench.session.player.zero_us;
+  while (bench.session.playing) bench.pass();
+  bench.expect_shown(PANEL_BURST);
+  for (double t_us = zero_us; t_us < bench.now_us(); t_us += 5e3) {
+    ASSERT_FALSE(bench.level(HAL_READY, t_us)) << "the ready light shines into the burst";
+    ASSERT_FALSE(bench.level(HAL_BUZZER, t_us));
+  }
+  bench.run_until(STANDALONE_VERDICT);
+  EXPECT_EQ(store_held(&bench.photographs), 40u);
+  EXPECT_FALSE(bench.session.done.marked);
+  bench.run(2e6);
+  bench.expect_shown(PANEL_GOOD);
+  bench.run_until(STANDALONE_READY);
+}
+
+TEST(Standalone, EveryLastingCodeIsPlayedOnTheLinesAsInTheTable) {
+  for (int code = 0; code < PANEL_CODES; code++) {
+    Bench bench;
+    bench.run_until(STANDALONE_READY);
+    bench.run(1e6);
+    panel_show(&bench.alone.panel, PANEL_BURST, bench.now_us());
+    bench.run(500e3);  // dark: whatever comes now may rise at once
+    panel_show(&bench.alone.panel, static_cast<panel_code>(code), bench.now_us());
+    bench.run(12e6);
+    bench.expect_shown(static_cast<panel_code>(code));
+  }
+}
+
+TEST(Standalone, ReadyLightNeverFlashesFasterThanThreeTimesASecond) {
+  Bench bench;
+  bench.run_until(STANDALONE_READY);
+  for (int i = 0; i < 20; i++) {
+    bench.press(60e3);  // into the countdown and out of it again
+    bench.run(i * 20e3);
+  }
+  double last_us = -INFINITY;
+  for (size_t i = 0; i < bench.sim.signal_count; i++) {
+    const sim_signal& signal = bench.sim.signals[i];
+    if (signal.line != HAL_READY || !signal.level) continue;
+    EXPECT_GE(signal.at_us - last_us, 1e6 / 3);
+    last_us = signal.at_us;
+  }
+}
+
+TEST(Standalone, ASecondPressCallsTheCountdownOff) {
+  Bench bench;
+  bench.run_until(STANDALONE_READY);
+  bench.press(100e3);
+  bench.run(1e6);
+  bench.press(100e3);
+  EXPECT_EQ(bench.alone.state, STANDALONE_READY);
+  bench.run(5e6);
+  EXPECT_EQ(bench.session.burst_id, 0u);
+}
+
+TEST(Standalone, AHeldButtonPairsAndDoesNotStartABurst) {
+  Bench bench;
+  bench.run_until(STANDALONE_READY);
+  bench.sim.faults.press_us = bench.now_us() - bench.sim.opened_us;
+  bench.sim.faults.hold_us = 6e6;
+  bench.run(5.5e6);
+  EXPECT_TRUE(standalone_is_held(&bench.alone));
+  bench.expect_shown(PANEL_PAIRING);
+  bench.run(1e6);
+  EXPECT_FALSE(standalone_is_held(&bench.alone));
+  EXPECT_EQ(bench.alone.state, STANDALONE_READY);
+  bench.run(5e6);
+  EXPECT_EQ(bench.session.burst_id, 0u);
+}
+
+TEST(Standalone, AMarkedBurstIsSaidToBeDoubtful) {
+  Bench bench({"late-blank:6000"});
+  bench.run_until(STANDALONE_READY);
+  bench.press(100e3);
+  bench.run_until(STANDALONE_VERDICT);
+  bench.run(3e6);
+  bench.expect_shown(PANEL_MARKED);
+}
+
+TEST(Standalone, EachFaultOfTheSelfTestHasItsCodeAndRefusesTheButton) {
+  const std::vector<std::pair<std::string, panel_code>> cases = {
+      {"estop", PANEL_FAULT_ESTOP},
+      {"hot:95", PANEL_FAULT_HOT},
+      {"missing-camera:1", PANEL_FAULT_CAMERA},
+      {"stuck-actuator", PANEL_FAULT_ACTUATOR},
+      {"missing-chip:3", PANEL_FAULT_LED_CHAIN},
+      {"frozen-projector", PANEL_FAULT_PROJECTOR}};
+  for (const auto& [fault, code] : cases) {
+    Bench bench({fault});
+    bench.run_until(STANDALONE_FAULT);
+    bench.run(12e6);
+    bench.expect_shown(code);
+    bench.press(100e3);  // tests again, finds the same
+    bench.run_until(STANDALONE_FAULT);
+    bench.run(4e6);
+    EXPECT_EQ(bench.alone.panel.code, code) << fault;
+    EXPECT_EQ(bench.session.burst_id, 0u) << fault;
+  }
+}
+
+TEST(Standalone, AnEmergencyStopWhileReadyIsShownAndRecoveredFrom) {
+  Bench bench;
+  bench.run_until(STANDALONE_READY);
+  bench.press(100e3);
+  bench.sim.faults.estopped = true;
+  bench.run(1e6);
+  EXPECT_EQ(bench.alone.panel.code, PANEL_FAULT_ESTOP);
+  bench.run(5e6);
+  EXPECT_EQ(bench.session.burst_id, 0u) << "the countdown went on";
+  bench.sim.faults.estopped = false;
+  bench.run(1e6);
+  EXPECT_EQ(bench.alone.state, STANDALONE_FAULT) << "nobody has looked yet";
+  bench.press(100e3);
+  bench.run_until(STANDALONE_READY);
+}
+
+TEST(Standalone, AFaultOfTheBurstIsShownAndClearedByTheButton) {
+  Bench bench;
+  bench.run_until(STANDALONE_READY);
+  bench.press(100e3);
+  bench.run_until(STANDALONE_BURST);
+  bench.sim.faults.missing_camera = 0;
+  bench.run_until(STANDALONE_FAULT);
+  EXPECT_EQ(bench.alone.panel.code, PANEL_FAULT_CAMERA);
+  bench.sim.faults.missing_camera = -1;
+  bench.press(100e3);
+  bench.run_until(STANDALONE_READY);
+  EXPECT_EQ(bench.session.state, lamella_v1_RigState_IDLE);
+}
+
+TEST(Standalone, PhotographsThatNobodyFetchedAreNotOverwritten) {
+  Bench bench;
+  bench.run_until(STANDALONE_READY);
+  bench.press(100e3);
+  bench.run_until(STANDALONE_VERDICT);
+  bench.run_until(STANDALONE_READY);
+  bench.press(100e3);
+  bench.run_until(STANDALONE_VERDICT);
+  bench.run(3e6);
+  bench.expect_shown(PANEL_REFUSED_FULL);
+  EXPECT_EQ(store_held(&bench.photographs), 40u);
+}
+
+TEST(Standalone, AnUnsafePlanIsRefused) {
+  Bench bench;
+  bench.run_until(STANDALONE_READY);
+  bench.rig.leds_light_us = 30400;
+  bench.press(100e3);
+  bench.run_until(STANDALONE_VERDICT);
+  bench.run(3e6);
+  bench.expect_shown(PANEL_REFUSED_UNSAFE);
+}
+
+TEST(Standalone, WhoAskedFirstHasTheRig) {
+  Bench bench;
+  EXPECT_EQ(session_request_burst(&bench.session, false), LAM_WRONG_STATE) << "it tests itself";
+  bench.run_until(STANDALONE_READY);
+  bench.press(100e3);
+  EXPECT_EQ(session_request_burst(&bench.session, false), LAM_WRONG_STATE) << "it counts down";
+  EXPECT_NE(std::string(bench.session.refusal).find("counts down"), std::string::npos);
+  const char* why = nullptr;
+  EXPECT_EQ(standalone_request_selftest(&bench.alone, SELFTEST_ALL, false, &why), LAM_WRONG_STATE);
+  bench.press(100e3);
+  EXPECT_EQ(session_request_burst(&bench.session, false), LAM_OK);
+  bench.run(60e3);
+  EXPECT_EQ(bench.alone.state, STANDALONE_BURST) << "a host's burst is shown as well";
+  bench.run_until(STANDALONE_VERDICT);
+  EXPECT_EQ(bench.alone.panel.code, PANEL_GOOD);
+}
+
+TEST(Standalone, WithoutTheOptionTheButtonStartsNothing) {
+  Bench bench;
+  bench.alone.has_button = false;
+  bench.run_until(STANDALONE_READY);
+  bench.press(100e3);
+  bench.run(3e6);
+  bench.expect_shown(PANEL_REFUSED_BUSY);
+}
+
+TEST(Standalone, ASelfTestOnRequestEndsReady) {
+  Bench bench;
+  bench.run_until(STANDALONE_READY);
+  const char* why = nullptr;
+  ASSERT_EQ(standalone_request_selftest(&bench.alone, 1u << SELFTEST_LEDS, true, &why), LAM_OK);
+  bench.run_until(STANDALONE_TESTING);
+  bench.run_until(STANDALONE_READY);
+  EXPECT_EQ(bench.selftest.reference.led_count, bench.rig.led_count);
+}
