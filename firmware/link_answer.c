@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "link_held.h"
+#include "pattern.h"
 
 #define CODE(name) lamella_v1_Refusal_Code_##name
 
@@ -57,6 +58,11 @@ static bool answer_hello(struct dialogue* dialogue, uint32_t id, const lamella_v
   snprintf(welcome->hal, sizeof welcome->hal, "%s", dialogue->session->hal->name);
   welcome->led_count = (uint32_t)dialogue->session->rig->led_count;
   welcome->camera_count = 2;
+  const struct rig* rig = dialogue->session->rig;
+  welcome->has_patterns = true;
+  pattern_describe(rig, &welcome->patterns);
+  welcome->projector_width = (uint32_t)rig->projector_width_px;
+  welcome->projector_height = (uint32_t)rig->projector_height_px;
   return link_send(dialogue);
 }
 

@@ -141,6 +141,24 @@ void pattern_draw(const struct rig* rig, size_t image, uint32_t* pixels, size_t 
   }
 }
 
+void pattern_describe(const struct rig* rig, lamella_v1_Patterns* patterns) {
+  *patterns = (lamella_v1_Patterns)lamella_v1_Patterns_init_zero;
+  patterns->has_fringe = patterns->has_stripes = patterns->has_dots = true;
+  patterns->fringe.periods_count = PATTERN_FRINGES;
+  memcpy(patterns->fringe.periods, rig->pattern_fringe_periods, sizeof rig->pattern_fringe_periods);
+  lamella_v1_StripePattern* stripes = &patterns->stripes;
+  stripes->has_period_px = stripes->has_shift_px = true;
+  stripes->period_px = rig->pattern_stripe_period_px;
+  stripes->shift_px = rig->pattern_stripe_shift_px;
+  lamella_v1_DotPattern* dots = &patterns->dots;
+  dots->has_pitch_px = dots->has_diameter_px = true;
+  dots->pitch_px = rig->pattern_dot_pitch_px;
+  dots->diameter_px = rig->pattern_dot_diameter_px;
+  dots->offset_px_count = 2;
+  dots->offset_px[0] = rig->pattern_dot_offset_u_px;
+  dots->offset_px[1] = rig->pattern_dot_offset_v_px;
+}
+
 static bool refuse(char error[160], const char* key, double value, const char* why) {
   snprintf(error, 160, "'%s' is %.10g; it must be %s", key, value, why);
   return false;

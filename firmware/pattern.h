@@ -9,6 +9,7 @@
 #include <stdint.h>
 
 #include "hal.h"
+#include "proto/session.pb.h"
 #include "rig.h"
 
 enum { PATTERN_IMAGES = PATTERN_FRINGES + PATTERN_STRIPES + 3 };
@@ -24,6 +25,9 @@ void pattern_name(struct hal_pattern pattern, char name[16]);
 // Writes projector_height_px rows of projector_width_px pixels, each 0x00RRGGBB, a row every
 // `stride_px` pixels. The image exists.
 void pattern_draw(const struct rig* rig, size_t image, uint32_t* pixels, size_t stride_px);
+
+// What a host is told: it must be what the calibration says.
+void pattern_describe(const struct rig* rig, lamella_v1_Patterns* patterns);
 
 // False, with a reason, where no projector of this size can draw the rig file's patterns.
 bool pattern_can_be_drawn(const struct rig* rig, char error[160]);

@@ -13,6 +13,7 @@
 #include "base/error.h"
 #include "base/progress.h"
 #include "calib/develop.h"
+#include "calib/shown_patterns.h"
 #include "io/json.h"
 #include "io/raw12.h"
 #include "io/rig_message.h"
@@ -188,6 +189,7 @@ Reception receive_session(LinkClient* rig, const Burst& burst, const fs::path& f
   Reception reception;
   Cameras cameras;
   reception.manifest = read_calibration(rig, &cameras);
+  require_shown_patterns(rig->welcome(), reception.manifest);
   reception.offers = rig->offers(burst);
   if (reception.offers.size() != burst.frame_count) {
     reject("rig", "offers " + std::to_string(reception.offers.size()) + " of its " +

@@ -105,6 +105,16 @@ TEST_F(Receive, RefusesABurstThatLacksARole) {
   EXPECT_NE(failure(rig).find("no DOTS CROSS of the left camera"), std::string::npos);
 }
 
+TEST_F(Receive, RefusesACalibrationOfOtherPatternsThanTheRigShows) {
+  FakeRig rig;
+  load_burst(&rig, kSize);
+  v1::Session calibration = testing::fake_calibration(kSize);
+  calibration.mutable_patterns()->mutable_stripes()->set_period_px(16);
+  rig.set_calibration(to_json(calibration));
+  EXPECT_NE(failure(rig).find("shows patterns.stripes.period_px 8, its calibration says 16"),
+            std::string::npos);
+}
+
 TEST_F(Receive, BlamesTheRigForACalibrationThatIsNotJson) {
   FakeRig rig;
   load_burst(&rig, kSize);

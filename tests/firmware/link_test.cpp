@@ -94,6 +94,21 @@ TEST_F(Link, WelcomesAHostOfTheSameVersion) {
   EXPECT_STREQ(welcome.hal, "sim");
 }
 
+TEST_F(Link, SaysWhatTheProjectorShowsSoThatAHostCanHoldTheCalibrationAgainstIt) {
+  rig.pattern_stripe_shift_px = 1.5;
+  greet();
+  const lamella_v1_Welcome& welcome = replies[0].body.welcome;
+  EXPECT_EQ(welcome.projector_width, 1280u);
+  EXPECT_EQ(welcome.projector_height, 800u);
+  ASSERT_TRUE(welcome.has_patterns);
+  ASSERT_EQ(welcome.patterns.fringe.periods_count, 4u);
+  EXPECT_EQ(welcome.patterns.fringe.periods[3], 64);
+  EXPECT_EQ(welcome.patterns.stripes.period_px, 8);
+  EXPECT_EQ(welcome.patterns.stripes.shift_px, 1.5);
+  EXPECT_EQ(welcome.patterns.dots.diameter_px, 20);
+  EXPECT_EQ(welcome.patterns.dots.offset_px[1], 400);
+}
+
 TEST_F(Link, RefusesAnotherVersionAndCloses) {
   lamella_v1_Request request = hello();
   request.body.hello.protocol_version = 2;

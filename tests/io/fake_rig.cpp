@@ -53,7 +53,13 @@ FakePhotograph fake_photograph(uint32_t frame_id, cv::Size size) {
 }
 
 void load_burst(FakeRig* rig, cv::Size size, const std::set<v1::Frame::Role>& without) {
-  rig->set_calibration(to_json(fake_calibration(size)));
+  const v1::Session calibration = fake_calibration(size);
+  rig->set_calibration(to_json(calibration));
+  v1::Welcome welcome;
+  *welcome.mutable_patterns() = calibration.patterns();
+  welcome.set_projector_width(calibration.rig().projector().width());
+  welcome.set_projector_height(calibration.rig().projector().height());
+  rig->set_welcome(welcome);
   uint32_t frame_id = 0;
   for (const v1::Frame& frame : fake_frames()) {
     FakePhotograph p = fake_photograph(frame_id++, size);
@@ -88,6 +94,11 @@ FakeRig::~FakeRig() {
 void FakeRig::add(FakePhotograph photograph) {
   const std::lock_guard lock(mutex_);
   photographs_.push_back(std::move(photograph));
+}
+
+void FakeRig::set_welcome(const v1::Welcome& welcome) {
+  const std::lock_guard lock(mutex_);
+  welcome_ = welcome;
 }
 
 void FakeRig::set_calibration(std::string json) {
@@ -136,6 +147,7 @@ void FakeRig::answer(const v1::Request& request, Socket* socket, int fd) {
   v1::Reply reply;
   switch (request.body_case()) {
     case v1::Request::kHello:
+      *reply.mutable_welcome() = welcome_;
       reply.mutable_welcome()->set_protocol_version(faults_.protocol_version);
       return say(request, reply, socket);
     case v1::Request::kStatus:

@@ -45,6 +45,7 @@ class FakeRig {
   std::string address() const { return "127.0.0.1:" + std::to_string(port_); }
 
   void add(FakePhotograph photograph);
+  void set_welcome(const v1::Welcome& welcome);  // but for its protocol's version
   void set_calibration(std::string json);
   void add_edge(const v1::TimedEdge& edge);
 
@@ -64,6 +65,7 @@ class FakeRig {
 
   FakeRigFaults faults_;
   std::vector<FakePhotograph> photographs_;
+  v1::Welcome welcome_;
   std::string calibration_;
   std::vector<v1::TimedEdge> edges_;
   int listener_ = -1;

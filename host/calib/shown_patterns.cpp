@@ -1,0 +1,73 @@
+#include "calib/shown_patterns.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "base/error.h"
+#include "io/session.h"
+
+namespace lamella {
+
+namespace {
+
+// JSON and the rig file write decimals: the same number may differ in its last bits.
+constexpr double kRounding = 1e-9;
+
+const Patterns kDefaults;
+
+constexpr const char* kRepair =
+    "make firmware rig file (pattern.*, projector.*) and calibration say the same";
+
+[[noreturn]] void reject(const std::string& problem) {
+  throw Error(Fault::kRig, "rig", problem, kRepair);
+}
+
+void compare(const std::string& name, double shown, double calibrated) {
+  if (std::abs(shown - calibrated) <= kRounding * std::abs(calibrated)) return;
+  reject(fmt::format("its projector shows {} {:g}, its calibration says {:g}", name, shown,
+                     calibrated));
+}
+
+void compare_fringes(const v1::FringePattern& shown, const v1::FringePattern& calibrated) {
+  const bool given = calibrated.periods_size() > 0;
+  const std::vector<double> periods =
+      given ? std::vector<double>(calibrated.periods().begin(), calibrated.periods().end())
+            : kDefaults.fringe_periods;
+  compare("patterns.fringe.periods: as many as", shown.periods_size(), double(periods.size()));
+  for (int i = 0; i < shown.periods_size(); ++i) {
+    compare(fmt::format("patterns.fringe.periods[{}]", i), shown.periods(i), periods[size_t(i)]);
+  }
+}
+
+void compare_dots(const v1::DotPattern& shown, const v1::DotPattern& calibrated) {
+  compare("patterns.dots.pitch_px", shown.pitch_px(),
+          calibrated.has_pitch_px() ? calibrated.pitch_px() : kDefaults.dot_pitch_px);
+  compare("patterns.dots.diameter_px", shown.diameter_px(),
+          calibrated.has_diameter_px() ? calibrated.diameter_px() : kDefaults.dot_diameter_px);
+  if (shown.offset_px_size() != 2) reject("it says no offset of its projector's dots");
+  for (int i = 0; i < 2; ++i) {
+    const bool given = calibrated.offset_px_size() == 2;
+    compare(fmt::format("patterns.dots.offset_px[{}]", i), shown.offset_px(i),
+            given ? calibrated.offset_px(i) : kDefaults.dot_offset_px[i]);
+  }
+}
+
+}  // namespace
+
+void require_shown_patterns(const v1::Welcome& welcome, const v1::Session& calibration) {
+  if (!welcome.has_patterns()) reject("does not say which patterns its projector shows");
+  const v1::Patterns &shown = welcome.patterns(), &calibrated = calibration.patterns();
+  compare_fringes(shown.fringe(), calibrated.fringe());
+  const v1::StripePattern& stripes = calibrated.stripes();
+  compare("patterns.stripes.period_px", shown.stripes().period_px(),
+          stripes.has_period_px() ? stripes.period_px() : kDefaults.stripe_period_px);
+  compare("patterns.stripes.shift_px", shown.stripes().shift_px(),
+          stripes.has_shift_px() ? stripes.shift_px() : kDefaults.stripe_shift_px);
+  compare_dots(shown.dots(), calibrated.dots());
+  const v1::Camera& projector = calibration.rig().projector();
+  compare("rig.projector.width", welcome.projector_width(), projector.width());
+  compare("rig.projector.height", welcome.projector_height(), projector.height());
+}
+
+}  // namespace lamella
