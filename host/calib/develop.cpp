@@ -2,11 +2,14 @@
 
 #include <opencv2/core/cvdef.h>
 
-#include "io/raw12.h"
+#include "calib/demosaic.h"
 
 namespace lamella {
 
 namespace {
+
+// Of a gain that was computed to make full scale the saturation.
+constexpr double kRounding = 1e-9;
 
 // `value` or, where that would round below `floor`, the next half above it.
 float half_not_below(double floor, double value) {
@@ -18,7 +21,7 @@ Raw12Table stored_values(const RawFormat& format) {
   Raw12Table table;
   for (int dn = 0; dn < kRaw12Levels; ++dn) {
     const double stored = (dn - format.black_level_dn) * format.gain_per_dn;
-    const bool clipped = stored >= format.saturation || dn == kRaw12Levels - 1;
+    const bool clipped = stored >= format.saturation * (1 - kRounding) || dn == kRaw12Levels - 1;
     const bool known = format.saturation < 1e29;
     table[size_t(dn)] = clipped && known
                             ? half_not_below(format.saturation, std::max(stored, format.saturation))
@@ -30,7 +33,15 @@ Raw12Table stored_values(const RawFormat& format) {
 }  // namespace
 
 Image3 develop(const std::vector<uint8_t>& bytes, cv::Size size, const RawFormat& format) {
-  return map_rgb12p(bytes.data(), bytes.size(), size, stored_values(format));
+  const Raw12Table table = stored_values(format);
+  if (format.pixels == RawPixels::kRgb) return map_rgb12p(bytes.data(), bytes.size(), size, table);
+  if (is_mosaic(format.pixels) && (size.width < 2 || size.height < 2)) return {};
+  const Image1 plane = map_plane12p(bytes.data(), bytes.size(), size, table);
+  if (plane.empty()) return {};
+  if (is_mosaic(format.pixels)) return demosaic(plane, format.pixels, float(format.saturation));
+  Image3 image;
+  cv::merge(std::vector<Image1>(3, plane), image);
+  return image;
 }
 
 }  // namespace lamella

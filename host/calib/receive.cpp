@@ -71,14 +71,15 @@ const Camera& check_offer(const v1::FrameOffer& offer, const Cameras& cameras) {
   const v1::Frame& frame = offer.frame();
   const auto camera = cameras.find(frame.camera());
   if (camera == cameras.end()) reject(what, "no such camera in its calibration");
-  if (frame.pixel_format() != kRgb12p) {
-    reject(what, "pixel_format \"" + frame.pixel_format() + "\", only RGB12P is developed");
+  const std::optional<RawPixels> pixels = raw_pixels_named(frame.pixel_format());
+  if (!pixels) {
+    reject(what, "pixel_format \"" + frame.pixel_format() + "\" is none that can be developed");
   }
   if (int(offer.width()) != camera->second.width || int(offer.height()) != camera->second.height) {
     reject(what, std::to_string(offer.width()) + "x" + std::to_string(offer.height()) +
                      " pixels disagree with its calibration");
   }
-  if (offer.size_bytes() != rgb12p_bytes(offer.width(), offer.height())) {
+  if (offer.size_bytes() != raw12_bytes(*pixels, offer.width(), offer.height())) {
     reject(what, std::to_string(offer.size_bytes()) + " bytes are not its pixels");
   }
   if (!(frame.gain_per_dn() > 0) || !std::isfinite(frame.gain_per_dn()) ||
@@ -109,7 +110,8 @@ class DarkRoom {
     places_.acquire();
     rethrow();
     const v1::Frame& frame = offer.frame();
-    const RawFormat format{frame.black_level_dn(), frame.gain_per_dn(), camera.saturation};
+    const RawFormat format{frame.black_level_dn(), frame.gain_per_dn(), camera.saturation,
+                           *raw_pixels_named(frame.pixel_format())};
     const fs::path file = folder_ / frame_file(frame);
     const cv::Size size(camera.width, camera.height);
     tasks_.run([this, format, file, size, raw = std::move(bytes)] {

@@ -1,6 +1,7 @@
 #include "io/raw12.h"
 
 #include <algorithm>
+#include <map>
 
 #include "base/parallel.h"
 
@@ -39,6 +40,21 @@ Image unpacked(const uint8_t* bytes, size_t size_bytes, cv::Size size, const Val
 
 }  // namespace
 
+std::optional<RawPixels> raw_pixels_named(const std::string& pixel_format) {
+  static const std::map<std::string, RawPixels> kNames = {
+      {kRgb12p, RawPixels::kRgb},    {"GREY12P", RawPixels::kGrey}, {"RGGB12P", RawPixels::kRggb},
+      {"GRBG12P", RawPixels::kGrbg}, {"GBRG12P", RawPixels::kGbrg}, {"BGGR12P", RawPixels::kBggr}};
+  const auto found = kNames.find(pixel_format);
+  if (found == kNames.end()) return std::nullopt;
+  return found->second;
+}
+
+size_t raw12_bytes(RawPixels pixels, size_t width, size_t height) {
+  if (is_mosaic(pixels) && (width < 2 || height < 2)) return 0;
+  if (pixels == RawPixels::kRgb) return rgb12p_bytes(width, height);
+  return (width * height + 1) / 2 * 3;
+}
+
 std::vector<uint8_t> pack_rgb12p(const RawImage& raw_dn) {
   const RawImage dn = raw_dn.isContinuous() ? raw_dn : RawImage(raw_dn.clone());
   const size_t samples = dn.total() * 3;
@@ -60,6 +76,17 @@ RawImage unpack_rgb12p(const uint8_t* bytes, size_t size_bytes, cv::Size size) {
 
 Image3 map_rgb12p(const uint8_t* bytes, size_t size_bytes, cv::Size size, const Raw12Table& table) {
   return unpacked<Image3>(bytes, size_bytes, size, [&](uint16_t dn) { return table[dn]; });
+}
+
+Image1 map_plane12p(const uint8_t* bytes, size_t size_bytes, cv::Size size,
+                    const Raw12Table& table) {
+  if (size.width <= 0 || size.height <= 0) return {};
+  if (size_bytes != raw12_bytes(RawPixels::kGrey, size_t(size.width), size_t(size.height))) {
+    return {};
+  }
+  Image1 plane(size);
+  unpack(bytes, plane.total(), plane[0], [&](uint16_t dn) { return table[dn]; });
+  return plane;
 }
 
 }  // namespace lamella
