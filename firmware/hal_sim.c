@@ -68,7 +68,8 @@ static enum lam_status prepare(void* self, double* zero_us) {
   const enum lam_status status = resume(sim, zero_us);
   sim_light_restart(&sim->light);
   sim->shot_count = 0;
-  sim->pulse_count = 0;
+  sim->pulse_count = sim->shift_count = 0;
+  sim->zero_us = *zero_us;
   sim->seen_count = sim->seen_given = 0;
   return status;
 }
@@ -133,6 +134,9 @@ static enum lam_status shift_leds(void* self, const uint8_t stream[CHAIN_BYTES],
                                   uint8_t pushed_out[CHAIN_BYTES], double* at_us) {
   struct hal_sim* sim = self;
   uint8_t wire[CHAIN_BYTES];
+  if (sim->shift_count++ == sim->faults.broken_shift) {
+    return fail(sim, "the LED chain's bus did not take a frame");
+  }
   memcpy(wire, stream, CHAIN_BYTES);
   const int bit = sim->faults.flipped_bit;
   if (bit >= 0) wire[bit / 8] ^= (uint8_t)(0x80 >> bit % 8);
@@ -167,7 +171,7 @@ static bool flipped(void* self, double* at_us) {
 
 static enum lam_status move_analyser(void* self, bool crossed, double* at_us) {
   struct hal_sim* sim = self;
-  *at_us = now_us(sim);
+  *at_us = sim->moved_us = now_us(sim);
   sim->move_pending = true;
   if (sim->faults.stuck_actuator) return LAM_OK;
   const double duration_us = sim->rig->analyser_move_us * sim->faults.slow_actuator;
@@ -218,17 +222,26 @@ static bool next_seen(void* self, struct hal_seen_edge* edge) {
   return true;
 }
 
+// Its end stop has not come for half as long again as a move takes.
+static bool is_stuck(const struct hal_sim* sim, double t_us) {
+  return sim->move_pending && sim->faults.stuck_actuator &&
+         t_us > sim->moved_us + 1.5 * sim->rig->analyser_move_us;
+}
+
 static enum lam_status sense(void* self, struct hal_senses* senses) {
   struct hal_sim* sim = self;
   const struct sim_faults* faults = &sim->faults;
   const double t_us = now_us(sim), analyser_rad = sim_light_analyser_rad(&sim->light, t_us);
   const double pressed_us = t_us - sim->opened_us - faults->press_us;
+  const bool begun = faults->begin_us == 0 || t_us >= sim->zero_us + faults->begin_us;
   *senses = (struct hal_senses){
       .start_pressed = pressed_us >= 0 && pressed_us < faults->hold_us,
-      .estopped = faults->estopped,
+      .estopped = faults->estopped && begun,
       .at_parallel = analyser_rad<kEndStopRad, .at_crossed = analyser_rad> M_PI_2 - kEndStopRad,
-      .hottest_c = isnan(faults->hottest_c) ? sim->rig->leds_ambient_c : faults->hottest_c};
-  return LAM_OK;
+      .hottest_c =
+          isnan(faults->hottest_c) || !begun ? sim->rig->leds_ambient_c : faults->hottest_c};
+  if (!is_stuck(sim, t_us)) return LAM_OK;
+  return fail(sim, "the analyser's actuator has not reached its end stop: is it stuck?");
 }
 
 static void lights_off(void* self) {

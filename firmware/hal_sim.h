@@ -34,11 +34,14 @@ struct hal_sim {
   struct sim_shot shots[SIM_MAX_EVENTS];
   size_t shot_count;
   bool triggered;
+  double zero_us;                                 // of the burst
   int pulse_count;                                // times that BLANK fell in this burst
+  int shift_count;                                // LED frames sent in this burst
   struct hal_seen_edge seen[2 * SIM_MAX_EVENTS];  // BLANK and TRIGGER are looped back
   size_t seen_count, seen_given;
   double last_vblank_us;  // some vblank: they come at whole refresh periods from it
   bool flip_pending, move_pending;
+  double moved_us;                             // when the last move of the analyser was begun
   struct sim_signal signals[SIM_MAX_SIGNALS];  // the first ones since the rig was switched on
   size_t signal_count;
 };

@@ -19,6 +19,7 @@ const struct sim_faults kSimNoFaults = {.flipped_bit = -1,
                                         .dropped_shot = -1,
                                         .slow_actuator = 1,
                                         .missing_camera = -1,
+                                        .broken_shift = -1,
                                         .hottest_c = NAN,
                                         .press_us = NAN};
 
@@ -38,6 +39,7 @@ static const struct counted_fault kCounted[] = {
     {"weak-led", offsetof(struct sim_faults, weak_led), RIG_MAX_LEDS},
     {"drop-frame", offsetof(struct sim_faults, dropped_shot), SIM_MAX_EVENTS},
     {"missing-camera", offsetof(struct sim_faults, missing_camera), 2},
+    {"spi-error", offsetof(struct sim_faults, broken_shift), SIM_MAX_EVENTS},
 };
 
 // One that is a number, and one that is there or not.
@@ -49,6 +51,7 @@ struct named_fault {
 static const struct named_fault kSingle[] = {
     {"slow-actuator", offsetof(struct sim_faults, slow_actuator)},
     {"hot", offsetof(struct sim_faults, hottest_c)},
+    {"begin", offsetof(struct sim_faults, begin_us)},
 };
 
 static const struct named_fault kPlain[] = {

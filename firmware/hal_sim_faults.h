@@ -18,9 +18,11 @@ struct sim_faults {
   double slow_actuator;      // moves take this many times as long; 1: as the rig file says
   bool stuck_actuator;       // takes the command and stays where it is
   int missing_camera;        // hears no trigger; -1: none
+  int broken_shift;          // of the burst's LED frames this one fails to be sent; -1: none
   bool frozen_projector;     // never flips
   bool estopped;             // the LED supply is cut
   double hottest_c;          // NaN: as cool as the air around
+  double begin_us;           // from a burst's zero: no e-stop and no heat before; 0: since ever
   double press_us, hold_us;  // the start button goes down then, since power-on, for so long
 };
 
@@ -30,7 +32,8 @@ extern const struct sim_faults kSimNoFaults;
 #define SIM_FAULT_NAMES                                                           \
   "  flip-bit:N stuck-bit:N missing-chip:N broken-chip:N dead-led:N weak-led:N\n" \
   "  swapped-leds:N:M late-blank:US[:PULSE] drop-frame:SHOT missing-camera:N\n"   \
-  "  slow-actuator:FACTOR stuck-actuator frozen-projector estop hot:CELSIUS press:AT_US:FOR_US\n"
+  "  slow-actuator:FACTOR stuck-actuator spi-error:FRAME frozen-projector\n"      \
+  "  estop hot:CELSIUS begin:US press:AT_US:FOR_US\n"
 
 // Reads one fault into `faults`. False where it is none.
 bool sim_faults_parse(const char* text, struct sim_faults* faults);

@@ -1,6 +1,7 @@
 #include "player.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 static struct hal_pattern pattern_of(const struct burst_step* step) {
@@ -77,6 +78,23 @@ static void give_up_observing(struct player* player) {
   }
 }
 
+// How late an edge of light may be: LEDs that are lit until then have shone for as long as they
+// may.
+static double latest_us(const struct rig* rig) {
+  return fmax(rig->leds_longest_on_us - rig->leds_light_us, rig->player_tolerance_us);
+}
+
+// A sequencer that was kept from its work for so long has lost hold of the lights.
+static enum lam_status check_in_time(struct player* player, const struct edge* edge, double at_us) {
+  const double late_us = at_us - player->zero_us - edge->t_us;
+  const bool light = edge->line == EDGE_BLANK || edge->line == EDGE_LAMP;
+  if (!light || late_us <= latest_us(player->rig)) return LAM_OK;
+  snprintf(player->hal->error, sizeof player->hal->error,
+           "%s of step %u came %.0f us late, which is past the lights' limit of %.0f us",
+           timeline_line_name(edge->line), edge->step, late_us, latest_us(player->rig));
+  return LAM_HARDWARE;
+}
+
 static enum lam_status act(struct player* player, const struct edge* edge, double* at_us) {
   struct hal* hal = player->hal;
   switch (edge->line) {
@@ -104,7 +122,9 @@ enum lam_status player_step(struct player* player) {
   hal->wait_until_us(hal->self, player->zero_us + edge->t_us);
   if (!is_observed(edge->line)) {
     double at_us = 0;
-    const enum lam_status status = act(player, edge, &at_us);
+    enum lam_status status = check_in_time(player, edge, hal->now_us(hal->self));
+    if (status == LAM_OK) status = act(player, edge, &at_us);
+    if (status == LAM_OK) status = check_in_time(player, edge, at_us);
     if (status != LAM_OK) {
       hal->lights_off(hal->self);
       return status;

@@ -37,7 +37,9 @@ bool player_is_done(const struct player* player);
 // Time until the next edge is due; negative where it is overdue.
 double player_slack_us(const struct player* player);
 
-// Waits for the next edge, plays it, records it. On LAM_HARDWARE the lights are off.
+// Waits for the next edge, plays it, records it. On LAM_HARDWARE the lights are off: a device
+// failed, or an edge of BLANK or LAMP was later than leds.longest_on_us - leds.light_us (at least
+// player.tolerance_us), so that a light could have shone for longer than it may.
 enum lam_status player_step(struct player* player);
 
 // True where an edge of the step was late, or the analyser still moved or settled in its exposure.
