@@ -1,185 +1,254 @@
 #define _GNU_SOURCE
 #include "link.h"
 
-#include <arpa/inet.h>
-#include <errno.h>
 #include <math.h>
-#include <netinet/in.h>
-#include <netinet/tcp.h>
 #include <pb_encode.h>
 #include <poll.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
-#include <sys/socket.h>
-#include <sys/time.h>
+#include <time.h>
 #include <unistd.h>
 
-// While edges are played the link is heard only in gaps this long: a short answer fits many times.
-static const double kListenGapUs = 5000;
+// While edges are played the link is heard only in gaps this long: a short answer fits many times,
+// and a step of a handshake (a millisecond or two on a small board) fits into the longer ones.
+static const double kListenGapUs = 5000, kShakeGapUs = 20000;
 static const double kLongestPollUs = 200000;
+static const double kPairPollUs = 40000;  // how smoothly the code blinks
 // On a real clock the loop sleeps until this long before an edge, and looks at the rig this often.
 static const double kReadyUs = 1000;
 static const double kWatchEveryUs = 2000;
-static const time_t kSendTimeoutS = 5;
+static const int kSendTimeoutMs = 5000;
 
-static bool parse_address(const char* text, struct sockaddr_in* address) {
-  char host[16];
-  const char* colon = strrchr(text, ':');
-  if (colon == NULL || (size_t)(colon - text) >= sizeof host) return false;
-  memcpy(host, text, (size_t)(colon - text));
-  host[colon - text] = '\0';
-  char* end = NULL;
-  const unsigned long port = strtoul(colon + 1, &end, 10);
-  if (end == colon + 1 || *end != '\0' || port > 65535) return false;
-  *address = (struct sockaddr_in){.sin_family = AF_INET, .sin_port = htons((uint16_t)port)};
-  return inet_pton(AF_INET, host, &address->sin_addr) == 1;
+enum { LISTENER, HOST, PAIRING, FIRST_GUEST, POLLED = FIRST_GUEST + DOOR_GUESTS };
+
+static double now_us(void) {
+  struct timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return (double)now.tv_sec * 1e6 + (double)now.tv_nsec * 1e-3;
 }
 
-enum lam_status link_listen(struct link_server* server, const char* address, char* error,
-                            size_t error_size) {
-  memset(server, 0, sizeof *server);
-  server->listener = server->host = -1;
-  struct sockaddr_in bound;
-  if (!parse_address(address, &bound)) {
-    snprintf(error, error_size, "--listen %s: not ADDRESS:PORT; use 127.0.0.1:0", address);
-    return LAM_BAD_INPUT;
-  }
-  if (ntohl(bound.sin_addr.s_addr) >> 24 != 127) {
-    snprintf(error, error_size,
-             "--listen %s: only loopback (127.0.0.1:PORT) until hosts can be "
-             "paired with the rig",
-             address);
-    return LAM_BAD_INPUT;
-  }
-  server->listener = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  const int on = 1;
-  setsockopt(server->listener, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
-  socklen_t size = sizeof bound;
-  if (server->listener < 0 || bind(server->listener, (struct sockaddr*)&bound, size) != 0 ||
-      listen(server->listener, 4) != 0 ||
-      getsockname(server->listener, (struct sockaddr*)&bound, &size) != 0) {
-    snprintf(error, error_size, "--listen %s: %s", address, strerror(errno));
-    link_close(server);
-    return LAM_HARDWARE;
-  }
-  server->port = ntohs(bound.sin_port);
-  return LAM_OK;
-}
-
-static void hang_up(struct link_server* server) {
-  if (server->host >= 0) close(server->host);
-  server->host = -1;
-  server->received_count = 0;
-  server->dialogue.greeted = false;
-}
-
-void link_close(struct link_server* server) {
-  hang_up(server);
-  if (server->listener >= 0) close(server->listener);
-  server->listener = -1;
-}
-
-static bool send_frame(int socket, uint8_t* frame, const lamella_v1_Reply* reply) {
-  pb_ostream_t stream = pb_ostream_from_buffer(frame + WIRE_LENGTH_BYTES, WIRE_MAX_MESSAGE_BYTES);
-  if (!pb_encode(&stream, lamella_v1_Reply_fields, reply)) return false;
-  wire_put_length(frame, stream.bytes_written);
-  const uint8_t* bytes = frame;
-  for (size_t left = WIRE_LENGTH_BYTES + stream.bytes_written; left > 0;) {
-    const ssize_t sent = send(socket, bytes, left, MSG_NOSIGNAL);
-    if (sent < 0 && errno == EINTR) continue;
-    if (sent <= 0) return false;
-    bytes += sent;
-    left -= (size_t)sent;
-  }
-  return true;
+static bool send_frame(struct link_server* server, struct link_stream* stream,
+                       const pb_msgdesc_t* fields, const void* message) {
+  uint8_t* frame = server->outgoing;
+  pb_ostream_t out = pb_ostream_from_buffer(frame + WIRE_LENGTH_BYTES, WIRE_MAX_MESSAGE_BYTES);
+  if (!pb_encode(&out, fields, message)) return false;
+  wire_put_length(frame, out.bytes_written);
+  const struct session* session = server->dialogue.session;
+  const bool playing = session != NULL && session->playing;
+  return link_stream_write(stream, frame, WIRE_LENGTH_BYTES + out.bytes_written,
+                           playing ? 0 : kSendTimeoutMs);
 }
 
 static bool send_to_host(void* context, const lamella_v1_Reply* reply) {
   struct link_server* server = context;
-  return server->host >= 0 && send_frame(server->host, server->outgoing, reply);
+  return server->host.socket >= 0 &&
+         send_frame(server, &server->host, lamella_v1_Reply_fields, reply);
 }
 
-static void prepare_socket(int socket) {
-  const struct timeval timeout = {.tv_sec = kSendTimeoutS};
-  const int on = 1;
-  setsockopt(socket, SOL_SOCKET, SO_SNDTIMEO, &timeout, sizeof timeout);
-  setsockopt(socket, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-  setsockopt(socket, SOL_SOCKET, SO_KEEPALIVE, &on, sizeof on);
+static bool send_to_pairing(void* context, const lamella_v1_PairReply* reply) {
+  struct link_server* server = context;
+  return server->pairing.socket >= 0 &&
+         send_frame(server, &server->pairing, lamella_v1_PairReply_fields, reply);
+}
+
+enum lam_status link_listen(struct link_server* server, const struct link_place* place, char* error,
+                            size_t error_size) {
+  memset(server, 0, sizeof *server);
+  server->host = server->pairing = kNoStream;
+  const enum lam_status status = door_open(&server->door, place, error, error_size);
+  if (status != LAM_OK) return status;
+  char machine[TRUST_NAME_CHARS] = "rig";
+  if (place->name == NULL) gethostname(machine, sizeof machine - 1);
+  pair_init(&server->pair, &server->door.trust, &server->door.identity,
+            place->name != NULL ? place->name : machine);
+  server->pair.send = send_to_pairing;
+  server->pair.context = server;
+  return LAM_OK;
+}
+
+static void hang_up(struct link_server* server) {
+  link_stream_close(&server->host);
+  server->received_count = 0;
+  server->dialogue.greeted = false;
+}
+
+bool link_code_light(const struct link_server* server, bool* light) {
+  if (!pair_is_showing(&server->pair)) return false;
+  *light = pair_light(&server->pair, now_us());
+  return true;
+}
+
+// Where nobody else has the operator's light, the code is shown from here.
+static void show_code(struct link_server* server) {
+  bool light = false;
+  link_code_light(server, &light);
+  if (server->tend != NULL || light == server->light) return;
+  struct hal* hal = server->dialogue.session->hal;
+  double at_us = 0;
+  const bool shown = hal->set_line(hal->self, HAL_READY, light, &at_us) == LAM_OK &&
+                     hal->set_line(hal->self, HAL_BUZZER, light, &at_us) == LAM_OK;
+  if (!shown) fprintf(stderr, "lamella-rigd: the pairing code cannot be shown: %s\n", hal->error);
+  server->light = light;
+}
+
+static void end_pairing(struct link_server* server) {
+  pair_end(&server->pair);
+  link_stream_close(&server->pairing);
+  server->pair_received_count = 0;
+}
+
+void link_close(struct link_server* server) {
+  hang_up(server);
+  end_pairing(server);
+  door_close(&server->door);
 }
 
 // A second host is told so and left.
-static void turn_away(struct link_server* server, int socket) {
+static void turn_away(struct link_server* server, struct link_stream* stream) {
   static lamella_v1_Reply reply;
   reply = (lamella_v1_Reply)lamella_v1_Reply_init_zero;
   reply.which_body = lamella_v1_Reply_refusal_tag;
   reply.body.refusal.code = lamella_v1_Refusal_Code_WRONG_STATE;
   snprintf(reply.body.refusal.reason, sizeof reply.body.refusal.reason,
            "another host is connected to this rig");
-  send_frame(socket, server->outgoing, &reply);
-  close(socket);
+  send_frame(server, stream, lamella_v1_Reply_fields, &reply);
+  link_stream_close(stream);
 }
 
-static void welcome(struct link_server* server) {
-  const int socket = accept(server->listener, NULL, NULL);
-  if (socket < 0) return;
-  prepare_socket(socket);
-  if (server->host >= 0) {
-    turn_away(server, socket);
+static void turn_away_from_pairing(struct link_server* server, struct link_stream* stream) {
+  lamella_v1_PairReply reply = {.which_body = lamella_v1_PairReply_refusal_tag};
+  reply.body.refusal.code = lamella_v1_PairRefusal_Code_BUSY;
+  snprintf(reply.body.refusal.reason, sizeof reply.body.refusal.reason,
+           "another host is being paired with this rig");
+  send_frame(server, stream, lamella_v1_PairReply_fields, &reply);
+  link_stream_close(stream);
+}
+
+// A guest whose handshake is over.
+static void welcome(struct link_server* server, struct link_stream* stream,
+                    const struct link_peer* peer) {
+  if (peer->purpose == LINK_FOR_BURSTS) {
+    if (server->host.socket >= 0) {
+      turn_away(server, stream);
+    } else {
+      server->host = *stream;
+    }
+  } else if (server->pairing.socket >= 0) {
+    turn_away_from_pairing(server, stream);
   } else {
-    server->host = socket;
+    server->pairing = *stream;
+    pair_begin(&server->pair, peer, now_us());
   }
 }
 
 // Answers every whole message received so far. False where the host is to be left.
 static bool answer_received(struct link_server* server) {
-  while (server->received_count >= WIRE_LENGTH_BYTES) {
-    size_t length = 0;
-    if (!wire_get_length(server->received, &length)) {
+  size_t at = 0, length = 0;
+  bool keep = true;
+  while (keep && server->received_count - at >= WIRE_LENGTH_BYTES) {
+    if (!wire_get_length(server->received + at, &length)) {
       link_refuse(&server->dialogue, 0, lamella_v1_Refusal_Code_BAD_REQUEST,
                   "a message is 1 to 65536 bytes long");
       return false;
     }
-    const size_t whole = WIRE_LENGTH_BYTES + length;
-    if (server->received_count < whole) return true;
-    if (!link_answer(&server->dialogue, server->received + WIRE_LENGTH_BYTES, length)) return false;
-    server->received_count -= whole;
-    memmove(server->received, server->received + whole, server->received_count);
+    if (server->received_count - at < WIRE_LENGTH_BYTES + length) break;
+    keep = link_answer(&server->dialogue, server->received + at + WIRE_LENGTH_BYTES, length);
+    at += WIRE_LENGTH_BYTES + length;
   }
-  return true;
+  server->received_count -= at;
+  memmove(server->received, server->received + at, server->received_count);
+  return keep;
 }
 
-static void hear(struct link_server* server) {
+static void hear_host(struct link_server* server) {
   const size_t room = sizeof server->received - server->received_count;
-  const ssize_t count =
-      recv(server->host, server->received + server->received_count, room, MSG_DONTWAIT);
-  if (count < 0 && (errno == EINTR || errno == EAGAIN)) return;
+  const int count =
+      link_stream_read(&server->host, server->received + server->received_count, room);
   if (count > 0) server->received_count += (size_t)count;
-  if (count <= 0 || !answer_received(server)) hang_up(server);
+  if (count < 0 || !answer_received(server)) hang_up(server);
+}
+
+static bool answer_pairing(struct link_server* server) {
+  size_t length = 0;
+  if (server->pair_received_count < WIRE_LENGTH_BYTES) return true;
+  if (!wire_get_length(server->pair_received, &length)) return false;
+  if (length > sizeof server->pair_received - WIRE_LENGTH_BYTES) return false;
+  if (server->pair_received_count < WIRE_LENGTH_BYTES + length) return true;
+  // Each request waits for its reply: what follows at once is not of this protocol.
+  if (server->pair_received_count > WIRE_LENGTH_BYTES + length) return false;
+  server->pair_received_count = 0;
+  return pair_answer(&server->pair, server->pair_received + WIRE_LENGTH_BYTES, length, now_us());
+}
+
+static void hear_pairing(struct link_server* server) {
+  const size_t room = sizeof server->pair_received - server->pair_received_count;
+  const int count =
+      room == 0 ? -1
+                : link_stream_read(&server->pairing,
+                                   server->pair_received + server->pair_received_count, room);
+  if (count > 0) server->pair_received_count += (size_t)count;
+  if (count < 0 || !answer_pairing(server)) end_pairing(server);
+}
+
+static void tick_pairing(struct link_server* server) {
+  if (server->pairing.socket < 0) return;
+  struct hal* hal = server->dialogue.session->hal;
+  struct hal_senses senses = {.start_pressed = false};
+  const bool pressed = hal->sense(hal->self, &senses) == LAM_OK && senses.start_pressed;
+  server->pair.is_busy = server->dialogue.session->state != lamella_v1_RigState_IDLE;
+  if (!pair_tick(&server->pair, pressed, now_us())) end_pairing(server);
+  show_code(server);
+}
+
+static void hear_guests(struct link_server* server) {
+  for (int i = 0; i < DOOR_GUESTS; i++) {
+    struct guest* guest = &server->door.guests[i];
+    struct link_stream stream;
+    struct link_peer peer;
+    if (guest->stream.socket >= 0 &&
+        door_shake(&server->door, guest, &stream, &peer) == LINK_DONE) {
+      welcome(server, &stream, &peer);
+    }
+  }
+  door_put_out(&server->door, now_us());
 }
 
 // False where nobody spoke in time. SIGTERM and SIGINT, which are held elsewhere, are let in here
 // alone: one that came earlier ends this wait at once.
-static bool listen_once(struct link_server* server, double timeout_us) {
-  struct pollfd sockets[2] = {{.fd = server->listener, .events = POLLIN},
-                              {.fd = server->host, .events = POLLIN}};
-  const long long timeout_ns = (long long)(timeout_us * 1e3);
+static bool listen_once(struct link_server* server, double timeout_us, double gap_us) {
+  struct pollfd sockets[POLLED] = {{.fd = server->door.listener, .events = POLLIN},
+                                   {.fd = server->host.socket, .events = POLLIN},
+                                   {.fd = server->pairing.socket, .events = POLLIN}};
+  for (int i = 0; i < DOOR_GUESTS; i++) {
+    sockets[FIRST_GUEST + i] =
+        (struct pollfd){.fd = server->door.guests[i].stream.socket, .events = POLLIN};
+  }
+  const bool more = server->host.socket >= 0 && link_stream_has_more(&server->host);
+  const long long timeout_ns = more ? 0 : (long long)(timeout_us * 1e3);
   const struct timespec timeout = {timeout_ns / 1000000000, timeout_ns % 1000000000};
   sigset_t none_held;
   sigemptyset(&none_held);
-  if (ppoll(sockets, 2, &timeout, &none_held) <= 0) return false;
-  if (sockets[1].revents != 0) hear(server);
-  if (sockets[0].revents != 0) welcome(server);
-  return true;
+  const int ready = ppoll(sockets, POLLED, &timeout, &none_held);
+  if (ready < 0) return false;
+  if (more || sockets[HOST].revents != 0) hear_host(server);
+  if (sockets[LISTENER].revents != 0) door_accept(&server->door, now_us());
+  if (server->door.context == NULL || gap_us >= kShakeGapUs) hear_guests(server);
+  if (isinf(gap_us)) {  // nobody is paired while edges are played
+    if (sockets[PAIRING].revents != 0) hear_pairing(server);
+    tick_pairing(server);
+  }
+  return more || ready > 0;
 }
 
 // Tends to what is due, then hears hosts until it is due again. A simulated clock stands still
 // while one listens, so it is moved on.
-static void tend_and_listen(struct link_server* server, struct hal* hal, bool working) {
+static void tend_and_listen(struct link_server* server, struct hal* hal, bool working,
+                            double gap_us) {
+  const double longest_us = server->pairing.socket >= 0 ? kPairPollUs : kLongestPollUs;
   const double due_us = server->tend != NULL ? server->tend(server->tend_context) : INFINITY;
   const double wait_us = due_us - hal->now_us(hal->self);
-  const double timeout_us = working ? 0 : fmin(fmax(wait_us, 0), kLongestPollUs);
-  if (listen_once(server, timeout_us) || working || wait_us > kLongestPollUs) return;
+  const double timeout_us = working ? 0 : fmin(fmax(wait_us, 0), longest_us);
+  if (listen_once(server, timeout_us, gap_us) || working || wait_us > longest_us) return;
   if (!hal->keeps_real_time) hal->wait_until_us(hal->self, due_us);
 }
 
@@ -191,7 +260,7 @@ static void rest_between_edges(struct link_server* server, struct session* sessi
   sigemptyset(&none_held);
   if (slack_us >= kListenGapUs) {
     if (server->tend != NULL) server->tend(server->tend_context);
-    listen_once(server, rest_us);
+    listen_once(server, rest_us, slack_us);
   } else {
     const struct timespec rest = {.tv_nsec = (long)(rest_us * 1e3)};
     ppoll(NULL, 0, &rest, &none_held);
@@ -210,11 +279,12 @@ void link_serve(struct link_server* server, struct session* session, volatile si
       rest_between_edges(server, session, slack_us);
     } else {
       if (slack_us >= kListenGapUs) {
-        tend_and_listen(server, session->hal, working);
+        tend_and_listen(server, session->hal, working, slack_us);
         session_watch(session);
       }
       working = session_work(session);
     }
+    if (session_slack_us(session) < kListenGapUs) continue;
     if (!link_tell_news(&server->dialogue)) hang_up(server);
   }
 }

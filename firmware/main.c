@@ -20,16 +20,17 @@ enum { kExitBadInput = 2, kExitRigFailed = 3, kMaxCalibrationBytes = 1 << 20 };
 static const char kUsage[] =
     "usage: lamella-rigd --hal sim --rig FILE --twin SOCKET --calibration FILE\n"
     "                    --listen 127.0.0.1:PORT [--clock virtual|real]\n"
-    "                    [--store FOLDER] [--inject FAULT]...\n"
-    "       lamella-rigd --hal linux --rig FILE --calibration FILE --listen 127.0.0.1:PORT\n"
-    "                    [--store FOLDER]\n"
+    "                    [--state FOLDER] [--name NAME] [--store FOLDER] [--inject FAULT]...\n"
+    "       lamella-rigd --hal linux --rig FILE --calibration FILE --listen ADDRESS:PORT\n"
+    "                    --state FOLDER [--name NAME] [--store FOLDER]\n"
     "       lamella-rigd --check --rig FILE\n"
     "       lamella-rigd --plan --rig FILE   (writes lamella.v1.Plan to standard output)\n"
     "faults of the simulated rig:\n" SIM_FAULT_NAMES;
 
 struct arguments {
   const char *hal, *rig, *twin, *calibration, *listen;
-  const char* store;  // NULL: photographs are kept in memory alone
+  const char *state, *name;  // of the link: see link_place
+  const char* store;         // NULL: photographs are kept in memory alone
   enum sim_clock clock;
   struct sim_faults faults;
   bool check;  // read the rig file, say what is wrong with it, and end
@@ -89,6 +90,8 @@ static bool parse_arguments(int argc, char** argv, struct arguments* arguments) 
                                            {"check", no_argument, NULL, 'x'},
                                            {"plan", no_argument, NULL, 'p'},
                                            {"store", required_argument, NULL, 's'},
+                                           {"state", required_argument, NULL, 'S'},
+                                           {"name", required_argument, NULL, 'n'},
                                            {NULL, 0, NULL, 0}};
   *arguments = (struct arguments){.faults = kSimNoFaults};
   for (int option; (option = getopt_long(argc, argv, "", kOptions, NULL)) != -1;) {
@@ -102,6 +105,8 @@ static bool parse_arguments(int argc, char** argv, struct arguments* arguments) 
     if (option == 'x') arguments->check = true;
     if (option == 'p') arguments->plan = true;
     if (option == 's') arguments->store = optarg;
+    if (option == 'S') arguments->state = optarg;
+    if (option == 'n') arguments->name = optarg;
     if (option == 'i') good = sim_faults_parse(optarg, &arguments->faults);
     if (!good) fprintf(stderr, "lamella-rigd: '%s' is no value of its option\n", optarg);
     if (!good || option == '?') {
@@ -203,13 +208,14 @@ static int claim_lights(struct daemon* daemon) {
 // What was asked for is checked before anything else of the hardware is touched. 0, or an exit
 // code.
 static int start(struct daemon* daemon, const struct arguments* arguments) {
-  char error[200];
+  char error[LINK_FILE_PATH_CHARS + 160];
   if (!read_rig(arguments->rig, &daemon->rig)) return kExitBadInput;
   const bool real = strcmp(arguments->hal, "linux") == 0;
   const int unclaimed = real ? claim_lights(daemon) : 0;
   if (unclaimed != 0) return unclaimed;
   struct link_server* server = &daemon->server;
-  enum lam_status status = link_listen(server, arguments->listen, error, sizeof error);
+  const struct link_place place = {arguments->listen, arguments->state, arguments->name};
+  enum lam_status status = link_listen(server, &place, error, sizeof error);
   if (status != LAM_OK) return explain(status, error);
   server->dialogue.calibration =
       read_file(arguments->calibration, kMaxCalibrationBytes, &server->dialogue.calibration_size);
@@ -247,7 +253,7 @@ int main(int argc, char** argv) {
   catch_signals();
   const int failure = start(&daemon, &arguments);
   if (failure != 0) return failure;
-  printf("listening on 127.0.0.1:%u\n", daemon.server.port);
+  printf("listening on %s:%u\n", daemon.server.door.address, daemon.server.door.port);
   fflush(stdout);
   link_serve(&daemon.server, &daemon.session, &stop);
   session_abort(&daemon.session);       // a burst under way ends plainly partial

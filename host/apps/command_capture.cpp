@@ -13,6 +13,7 @@
 #include "calib/receive.h"
 #include "io/json.h"
 #include "io/layer_maps.h"
+#include "io/paired_link.h"
 #include "io/whole_file.h"
 #include "twin/rig.h"
 
@@ -104,7 +105,11 @@ void add_regions_of_truth(const fs::path& folder, v1::Session* manifest) {
 LinkOptions link_options(const Options& options) {
   LinkOptions link;
   link.interrupted = interrupted;
-  if (options.rig == "sim") link.burst_margin_s = kSimulatedMargin_s;
+  if (options.rig == "sim") {
+    link.burst_margin_s = kSimulatedMargin_s;
+  } else {
+    link.tls = tls_for(options.rig, config_folder());
+  }
   return link;
 }
 

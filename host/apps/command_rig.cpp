@@ -12,6 +12,7 @@
 #include "apps/report.h"
 #include "base/error.h"
 #include "io/link_client.h"
+#include "io/paired_link.h"
 #include "io/vcd.h"
 #include "io/whole_file.h"
 
@@ -135,16 +136,22 @@ void print_status(const LinkClient& client, const v1::Status& status, const RigA
   fmt::print("  photographs held: {} of burst {}\n", status.frames_held(), status.burst_id());
 }
 
+LinkOptions link_to(const std::string& address) {
+  LinkOptions link;
+  link.tls = tls_for(address, config_folder());
+  return link;
+}
+
 // Exit 1 while the rig is in FAULT.
 int run_status(const RigArguments& args) {
-  LinkClient client(args.rig);
+  LinkClient client(args.rig, link_to(args.rig));
   const v1::Status status = client.status();
   print_status(client, status, args);
   return status.state() == v1::FAULT ? 1 : 0;
 }
 
 int run_abort(const RigArguments& args) {
-  LinkClient client(args.rig);
+  LinkClient client(args.rig, link_to(args.rig));
   print_status(client, client.abort(), args);
   return 0;
 }
@@ -174,6 +181,7 @@ void add_rig(CLI::App& app, int* exit_code) {
   plan->callback([args, exit_code] { *exit_code = run_plan(*args); });
   add_rig_command(rig, "status", "What a rig is doing, and what it holds",
                   [exit_code](const RigArguments& a) { *exit_code = run_status(a); });
+  add_rig_pair(rig, exit_code);
   add_rig_command(rig, "abort", "Lights off: drops the burst under way, clears a fault",
                   [exit_code](const RigArguments& a) { *exit_code = run_abort(a); });
 }

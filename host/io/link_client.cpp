@@ -43,7 +43,12 @@ LinkClient::LinkClient(std::string address, LinkOptions options)
     : address_(std::move(address)), options_(std::move(options)) {
   socket_.set_interrupted(options_.interrupted);
   const Break broken = connect();
-  if (broken) fail("no rig answers (" + *broken + ")", "is lamella-rigd running there?");
+  if (!broken) return;
+  fail("no rig answers (" + *broken + ")",
+       options_.tls ? "is lamella-rigd running there, and paired with this host? "
+                      "lamella rig pair --rig " +
+                          address_
+                    : "is lamella-rigd running there?");
 }
 
 void LinkClient::fail(const std::string& problem, const std::string& remedy) const {
@@ -55,7 +60,11 @@ void LinkClient::fail(const std::string& problem, const std::string& remedy) con
 
 Break LinkClient::connect() {
   socket_.close();
-  if (Break broken = socket_.connect_tcp(address_, deadline_in(options_.connect_s))) return broken;
+  const Deadline end = deadline_in(options_.connect_s);
+  if (Break broken = socket_.connect_tcp(address_, end)) return broken;
+  if (options_.tls) {
+    if (Break broken = socket_.start_tls(*options_.tls, end)) return broken;
+  }
   return greet();
 }
 

@@ -19,9 +19,10 @@ struct LinkOptions {
   double connect_s = 5;               // longest wait for a connection
   double reply_s = 15;                // longest silence within an answer
   double burst_margin_s = 60;         // beyond the planned length of a burst
-  int retries = 4;                    // connections in a row that bring nothing, before giving up
+  int retries = 6;                    // connections in a row that bring nothing, before giving up
   double backoff_s = 0.1;             // before the first retry; doubled for each one after it
   std::function<bool()> interrupted;  // true: give up at once
+  std::optional<TlsOptions> tls;      // none: in the clear (paired_link.h says which)
 };
 
 struct Burst {

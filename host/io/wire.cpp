@@ -70,15 +70,19 @@ Socket::Socket(int fd) : fd_(fd) {
 Socket::~Socket() { close(); }
 
 Socket::Socket(Socket&& other) noexcept
-    : fd_(std::exchange(other.fd_, -1)), interrupted_(std::move(other.interrupted_)) {}
+    : fd_(std::exchange(other.fd_, -1)),
+      tls_(std::move(other.tls_)),
+      interrupted_(std::move(other.interrupted_)) {}
 
 Socket& Socket::operator=(Socket&& other) noexcept {
   std::swap(fd_, other.fd_);
+  std::swap(tls_, other.tls_);
   std::swap(interrupted_, other.interrupted_);
   return *this;
 }
 
 void Socket::close() {
+  tls_.reset();
   if (fd_ >= 0) ::close(fd_);
   fd_ = -1;
 }
@@ -96,27 +100,67 @@ Break Socket::wait(short events, Deadline deadline) {
   }
 }
 
+Break Socket::start_tls(TlsOptions options, Deadline deadline) {
+  tls_ = std::make_unique<Tls>(fd_, std::move(options));
+  while (true) {
+    const Tls::Progress progress = tls_->shake_hands();
+    if (progress == Tls::Progress::kDone) return {};
+    if (Break broken = wait_for(progress, deadline)) return broken;
+  }
+}
+
+Break Socket::wait_for(Tls::Progress progress, Deadline deadline) {
+  if (progress == Tls::Progress::kClosed) return tls_->reason();
+  return wait(progress == Tls::Progress::kWantsRead ? POLLIN : POLLOUT, deadline);
+}
+
+// Sends what there is room for, waiting until there is some.
+Break Socket::send_some(const uint8_t* bytes, size_t size, Deadline deadline, size_t* sent) {
+  if (tls_) {
+    const Tls::Progress progress = tls_->write(bytes, size, sent);
+    return progress == Tls::Progress::kDone ? Break{} : wait_for(progress, deadline);
+  }
+  *sent = 0;
+  if (Break broken = wait(POLLOUT, deadline)) return broken;
+  const ssize_t count = ::send(fd_, bytes, size, MSG_NOSIGNAL);
+  if (count < 0 && errno != EAGAIN && errno != EINTR) return failed("send");
+  *sent = size_t(std::max<ssize_t>(count, 0));
+  return {};
+}
+
 Break Socket::send_bytes(const uint8_t* bytes, size_t size, Deadline deadline) {
+  if (fd_ < 0) return "not connected";
   while (size > 0) {
-    if (Break broken = wait(POLLOUT, deadline)) return broken;
-    const ssize_t sent = ::send(fd_, bytes, size, MSG_NOSIGNAL);
-    if (sent < 0 && errno != EAGAIN && errno != EINTR) return failed("send");
-    if (sent <= 0) continue;
+    size_t sent = 0;
+    if (Break broken = send_some(bytes, size, deadline, &sent)) return broken;
     bytes += sent;
-    size -= size_t(sent);
+    size -= sent;
   }
   return {};
 }
 
+// Receives what is there, waiting until there is something.
+Break Socket::receive_some(uint8_t* bytes, size_t room, Deadline deadline, size_t* got) {
+  if (tls_) {
+    const Tls::Progress progress = tls_->read(bytes, room, got);
+    return progress == Tls::Progress::kDone ? Break{} : wait_for(progress, deadline);
+  }
+  *got = 0;
+  if (Break broken = wait(POLLIN, deadline)) return broken;
+  const ssize_t count = ::recv(fd_, bytes, room, 0);
+  if (count == 0) return "connection closed";
+  if (count < 0 && errno != EAGAIN && errno != EINTR) return failed("receive");
+  *got = size_t(std::max<ssize_t>(count, 0));
+  return {};
+}
+
 Break Socket::receive_bytes(uint8_t* bytes, size_t size, Deadline deadline) {
+  if (fd_ < 0) return "not connected";
   while (size > 0) {
-    if (Break broken = wait(POLLIN, deadline)) return broken;
-    const ssize_t got = ::recv(fd_, bytes, size, 0);
-    if (got == 0) return "connection closed";
-    if (got < 0 && errno != EAGAIN && errno != EINTR) return failed("receive");
-    if (got < 0) continue;
+    size_t got = 0;
+    if (Break broken = receive_some(bytes, size, deadline, &got)) return broken;
     bytes += got;
-    size -= size_t(got);
+    size -= got;
   }
   return {};
 }

@@ -9,8 +9,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
+
+#include "io/tls.h"
 
 namespace lamella {
 
@@ -31,6 +34,10 @@ class Socket {
   Socket(Socket&& other) noexcept;
   Socket& operator=(Socket&& other) noexcept;
 
+  // TLS from here on, or a Break: then nothing of ours was sent but the handshake.
+  [[nodiscard]] Break start_tls(TlsOptions options, Deadline deadline);
+  const Tls* tls() const { return tls_.get(); }
+
   bool is_open() const { return fd_ >= 0; }
   void close();
 
@@ -50,8 +57,12 @@ class Socket {
   Break wait(short events, Deadline deadline);
   Break receive_bytes(uint8_t* bytes, size_t size, Deadline deadline);
   Break finish_connecting(Deadline deadline);
+  Break wait_for(Tls::Progress progress, Deadline deadline);
+  Break send_some(const uint8_t* bytes, size_t size, Deadline deadline, size_t* sent);
+  Break receive_some(uint8_t* bytes, size_t room, Deadline deadline, size_t* got);
 
   int fd_ = -1;
+  std::unique_ptr<Tls> tls_;
   std::function<bool()> interrupted_;
 };
 

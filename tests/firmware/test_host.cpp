@@ -189,3 +189,13 @@ std::string RigProcess::errors() {
   for (char c = 0; read(err_, &c, 1) == 1;) text += c;
   return text;
 }
+
+std::string RigProcess::error_line(const std::string& part) {
+  std::string line;
+  for (char c = 0; read(err_, &c, 1) == 1;) {
+    if (c != '\n') line += c;
+    if (c == '\n' && line.find(part) != std::string::npos) return line;
+    if (c == '\n') line.clear();
+  }
+  return "";
+}
