@@ -82,13 +82,14 @@ static enum lam_status make_image(struct linux_display* display, const struct ri
 
 static uint32_t flip_property(const struct linux_display* display) {
   const struct linux_settings* settings = &display->settings;
+  uint32_t property = 0;
   for (size_t i = 0; i < settings->count; i++) {
     const bool shows = settings->list[i].now == display->framebuffers[0];
     if (shows && settings->list[i].object == display->output.plane) {
-      return settings->list[i].property;
+      property = settings->list[i].property;
     }
   }
-  return 0;
+  return property;
 }
 
 static enum lam_status take_display(struct linux_display* display) {
