@@ -58,12 +58,14 @@ static enum lam_status set_line(void* self, enum hal_line line, bool level, doub
   return line == HAL_TRIGGER ? note_trigger(board, level, *at_us) : LAM_OK;
 }
 
-static void lights_off(void* self) {
-  struct hal_linux* board = self;
+static enum lam_status darken(struct hal_linux* board) {
   board->critical.levels[HAL_BLANK] = 1;
   board->critical.levels[HAL_LAMP] = 0;
-  linux_outputs_apply(&board->critical);
+  if (linux_outputs_apply(&board->critical) == LAM_OK) return LAM_OK;
+  return fail(board, board->critical.error);
 }
+
+static void lights_off(void* self) { darken(self); }
 
 static enum lam_status shift_leds(void* self, const uint8_t stream[CHAIN_BYTES],
                                   uint8_t pushed_out[CHAIN_BYTES], double* at_us) {
@@ -88,12 +90,16 @@ static enum lam_status drain_inputs(struct hal_linux* board) {
 }
 
 // The kernel keeps few edges: they are taken over in the gaps of a burst.
-static void drain_loops(struct hal_linux* board) {
+static enum lam_status drain_loops(struct hal_linux* board) {
   struct linux_line_event event;
-  while (board->seen_count < LINUX_MAX_SEEN && linux_inputs_next(&board->loops, &event) == LAM_OK) {
+  while (board->seen_count < LINUX_MAX_SEEN) {
+    const enum lam_status status = linux_inputs_next(&board->loops, &event);
+    if (status == LAM_WRONG_STATE) break;
+    if (status != LAM_OK) return fail(board, board->loops.error);
     board->seen[board->seen_count++] = (struct hal_seen_edge){
         event.place == LINUX_BLANK_SEEN ? HAL_BLANK : HAL_TRIGGER, event.level, event.at_us};
   }
+  return LAM_OK;
 }
 
 static bool next_seen(void* self, struct hal_seen_edge* edge) {
@@ -118,8 +124,7 @@ static bool read_temperature(struct hal_linux* board) {
 
 static enum lam_status sense(void* self, struct hal_senses* senses) {
   struct hal_linux* board = self;
-  drain_loops(board);
-  if (drain_inputs(board) != LAM_OK) return LAM_HARDWARE;
+  if (drain_loops(board) != LAM_OK || drain_inputs(board) != LAM_OK) return LAM_HARDWARE;
   if (linux_inputs_read(&board->inputs) != LAM_OK) return fail(board, board->inputs.error);
   if (!read_temperature(board)) return fail(board, "linux.temperature_file cannot be read");
   const int* levels = board->inputs.levels;
@@ -219,14 +224,13 @@ static enum lam_status read_photograph(void* self, unsigned shot, unsigned camer
 
 static enum lam_status resume(void* self, double* zero_us) {
   struct hal_linux* board = self;
-  lights_off(board);
-  const enum lam_status rest = await_rest(board);
-  return rest == LAM_OK ? find_zero(board, zero_us) : rest;
+  if (darken(board) != LAM_OK || await_rest(board) != LAM_OK) return LAM_HARDWARE;
+  return find_zero(board, zero_us);
 }
 
 static enum lam_status prepare(void* self, double* zero_us) {
   struct hal_linux* board = self;
-  lights_off(board);
+  if (darken(board) != LAM_OK) return LAM_HARDWARE;
   __atomic_store_n(&board->shot_count, 0, __ATOMIC_RELEASE);
   board->triggered = false;
   struct hal_seen_edge old;
@@ -379,6 +383,5 @@ enum lam_status hal_linux_open(struct hal_linux* board) {
 
 enum lam_status hal_linux_darken(struct hal_linux* board) {
   if (linux_inputs_read(&board->critical) != LAM_OK) return fail(board, board->critical.error);
-  lights_off(board);
-  return LAM_OK;
+  return darken(board);
 }

@@ -36,47 +36,57 @@ int drive(struct gpiod_line_bulk* bulk, const int* values) {
 
 FakeGpio& fake_gpio() { return chip; }
 
+bool fake_gpio_fails() {
+  errno = EIO;
+  return chip.calls++ == chip.failing_call;
+}
+
 extern "C" {
 struct gpiod_chip* gpiod_chip_open(const char* path) {
+  if (fake_gpio_fails()) return nullptr;
   errno = ENOENT;
-  return std::strcmp(path, "/dev/gpiochip0") == 0 ? reinterpret_cast<gpiod_chip*>(&chip) : nullptr;
+  if (std::strcmp(path, "/dev/gpiochip0") != 0) return nullptr;
+  chip.opened++;
+  return reinterpret_cast<gpiod_chip*>(&chip);
 }
 
 void gpiod_chip_close(struct gpiod_chip*) { chip.closed++; }
 
 struct gpiod_line* gpiod_chip_find_line(struct gpiod_chip*, const char* name) {
   static std::set<std::string> names;
+  if (fake_gpio_fails()) return nullptr;
+  errno = ENOENT;
   if (name == chip.unknown_line) return nullptr;
   chip.asked.emplace_back(name);
   return reinterpret_cast<gpiod_line*>(const_cast<std::string*>(&*names.insert(name).first));
 }
 
 int gpiod_line_request_bulk_output(struct gpiod_line_bulk* bulk, const char*, const int* values) {
+  if (fake_gpio_fails()) return -1;
   errno = EBUSY;
   return chip.busy ? -1 : drive(bulk, values);
 }
 
 int gpiod_line_set_value_bulk(struct gpiod_line_bulk* bulk, const int* values) {
-  errno = EIO;
+  if (fake_gpio_fails()) return -1;
   return chip.broken ? -1 : drive(bulk, values);
 }
 
 int gpiod_line_request_bulk_both_edges_events(struct gpiod_line_bulk*, const char*) {
+  if (fake_gpio_fails()) return -1;
   errno = EBUSY;
   return chip.busy ? -1 : 0;
 }
 
 int gpiod_line_get_value_bulk(struct gpiod_line_bulk* bulk, int* values) {
-  errno = EIO;
-  if (chip.deaf) return -1;
+  if (fake_gpio_fails() || chip.deaf) return -1;
   for (const std::string& name : names_of(bulk)) *values++ = chip.levels[name];
   return 0;
 }
 
 int gpiod_line_event_wait_bulk(struct gpiod_line_bulk* bulk, const struct timespec*,
                                struct gpiod_line_bulk* ready) {
-  errno = EIO;
-  if (chip.deaf) return -1;
+  if (fake_gpio_fails() || chip.deaf) return -1;
   for (unsigned i = 0; i < gpiod_line_bulk_num_lines(bulk); i++) {
     struct gpiod_line* line = gpiod_line_bulk_get_line(bulk, i);
     if (chip.edges.empty() || name_of(line) != chip.edges.front().line) continue;
@@ -88,6 +98,7 @@ int gpiod_line_event_wait_bulk(struct gpiod_line_bulk* bulk, const struct timesp
 }
 
 int gpiod_line_event_read(struct gpiod_line*, struct gpiod_line_event* event) {
+  if (fake_gpio_fails()) return -1;
   const FakeGpio::Edge edge = chip.edges.front();
   chip.edges.pop_front();
   chip.levels[edge.line] = edge.level;

@@ -17,10 +17,14 @@ struct FakeGpio {
   std::vector<std::string> asked;                  // lines looked for, in order
   std::vector<std::map<std::string, int>> driven;  // each time outputs were set or requested
   std::deque<Edge> edges;                          // not yet read
-  int released = 0, closed = 0;
+  int opened = 0, released = 0, closed = 0;
+  int calls = 0, failing_call = -1;  // counts every call that may fail; this one does
   std::string unknown_line;
   bool busy = false, broken = false, deaf = false;
 };
+
+// Counts a call; true where it is the one that fails, with errno EIO.
+bool fake_gpio_fails();
 
 // The chip of the test that runs; /dev/gpiochip0.
 FakeGpio& fake_gpio();

@@ -1,5 +1,10 @@
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sched.h>
 #include <unistd.h>
+
+#include <fstream>
+#include <string>
 
 extern "C" {
 #include "hal_linux_spi.h"
@@ -47,4 +52,55 @@ TEST(LinuxTimeDeathTest, AProcessorThatIsNotThereIsReportedByItsKey) {
         _exit(linux_time_settle(&board, &fd) > 0 ? 7 : 0);
       },
       testing::ExitedWithCode(7), "processor 1023 \\(linux.cpu\\) cannot be had");
+}
+
+namespace {
+
+bool is_memory_locked() {
+  std::ifstream status("/proc/self/status");
+  for (std::string word; status >> word;) {
+    long kilobytes = 0;
+    if (word == "VmLck:" && status >> kilobytes) return kilobytes > 0;
+  }
+  return false;
+}
+
+// What the kernel keeps to, whoever asked for it.
+bool is_deep_sleep_forbidden() {
+  const int fd = open("/dev/cpu_dma_latency", O_RDONLY | O_CLOEXEC);
+  int32_t latency_us = -1;
+  const bool known = fd >= 0 && read(fd, &latency_us, sizeof latency_us) == sizeof latency_us;
+  if (fd >= 0) close(fd);
+  return known && latency_us == 0;
+}
+
+// How many settings the kernel does not say that this thread has.
+int settings_not_had(const struct rig_linux& board) {
+  cpu_set_t cpus;
+  sched_getaffinity(0, sizeof cpus, &cpus);
+  struct sched_param param = {};
+  sched_getparam(0, &param);
+  const bool pinned = CPU_COUNT(&cpus) == 1 && CPU_ISSET(int(board.cpu), &cpus);
+  const bool fifo = (sched_getscheduler(0) & ~SCHED_RESET_ON_FORK) == SCHED_FIFO &&
+                    param.sched_priority == int(board.priority);
+  return !pinned + !fifo + !is_memory_locked() + !is_deep_sleep_forbidden();
+}
+
+}  // namespace
+
+// What could not be had, on a machine that does not allow it, is a line on stderr with the reason.
+TEST(LinuxTimeDeathTest, EverySettingIsHadAsTheKernelSaysOrReported) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  struct rig_linux board = {};
+  board.cpu = sched_getcpu();
+  board.priority = 7;
+  EXPECT_EXIT(
+      {
+        int fd = -1;
+        const int missing = linux_time_settle(&board, &fd);
+        const int not_had = settings_not_had(board);
+        fprintf(stderr, "%d missing, %d not had\n", missing, not_had);
+        _exit(missing == not_had ? 0 : 1);
+      },
+      testing::ExitedWithCode(0), "missing");
 }

@@ -1,0 +1,175 @@
+// hal_linux as a whole on a board that is played here: each call of the kernel fails once.
+#include <gtest/gtest.h>
+#include <sched.h>
+#include <sys/mman.h>
+
+#include <cstring>
+#include <string>
+
+#include "../fake_gpio.h"
+#include "../test_rig.h"
+#include "fake_board.h"
+
+extern "C" {
+#include "hal_linux.h"
+#include "hal_linux_time.h"
+}
+
+namespace {
+
+struct rig board_rig() {
+  struct rig rig = test_rig();
+  struct rig_linux* b = &rig.board;
+  b->given = true;
+  b->cpu = 3;
+  b->priority = 80;
+  const std::pair<char*, const char*> texts[] = {{b->gpio_chip, "/dev/gpiochip0"},
+                                                 {b->spi_device, "/dev/spidev0.0"},
+                                                 {b->blank_line, "BLANK"},
+                                                 {b->latch_line, "LATCH"},
+                                                 {b->trigger_line, "TRIGGER"},
+                                                 {b->lamp_line, "LAMP"},
+                                                 {b->analyser_line, "ANALYSER"},
+                                                 {b->heartbeat_line, "HEARTBEAT"},
+                                                 {b->ready_line, "READY"},
+                                                 {b->buzzer_line, "BUZZER"},
+                                                 {b->start_line, "START"},
+                                                 {b->estop_line, "ESTOP"},
+                                                 {b->at_parallel_line, "PARALLEL"},
+                                                 {b->at_crossed_line, "CROSSED"},
+                                                 {b->blank_seen_line, "BLANK_IN"},
+                                                 {b->trigger_seen_line, "TRIGGER_IN"},
+                                                 {b->temperature_file, "/fake/temperature"}};
+  for (const auto& [field, text] : texts) std::strcpy(field, text);
+  return rig;
+}
+
+class Board : public testing::Test {
+ protected:
+  void SetUp() override { start_over(); }
+  void start_over() {
+    fake_gpio() = FakeGpio();
+    fake_gpio().levels = {{"ESTOP", 1}, {"PARALLEL", 1}, {"CROSSED", 0}};
+    fake_board = FakeBoard();
+  }
+  enum lam_status open() {
+    const enum lam_status claimed = hal_linux_claim(&board_, &rig_);
+    if (claimed != LAM_OK) return claimed;
+    const enum lam_status opened = hal_linux_open(&board_);
+    if (opened != LAM_OK) hal.close(&board_);
+    return opened;
+  }
+  void expect_nothing_held() {
+    EXPECT_EQ(fake_gpio().opened, fake_gpio().closed);
+    EXPECT_EQ(fake_board.open_files, 0);
+  }
+
+  // Everything that a burst does once; stops at the first failure.
+  enum lam_status exercise() {
+    double at_us = 0;
+    hal_senses senses;
+    hal_seen_edge seen;
+    const uint8_t stream[CHAIN_BYTES] = {1, 2, 3};
+    enum lam_status status = hal.prepare(&board_, &at_us);
+    for (int line = 0; line < HAL_LINES && status == LAM_OK; line++) {
+      status = hal.set_line(&board_, hal_line(line), true, &at_us);
+    }
+    if (status == LAM_OK) status = hal.shift_leds(&board_, stream, nullptr, &at_us);
+    if (status == LAM_OK) status = hal.move_analyser(&board_, true, &at_us);
+    fake_gpio().levels["PARALLEL"] = 0;
+    fake_gpio().edges = {{"BLANK_IN", true, at_us}, {"CROSSED", true, at_us + 1}};
+    hal.next_seen(&board_, &seen);
+    hal.arrived(&board_, &at_us);
+    board_.temperature_us = 0;
+    if (status == LAM_OK) status = hal.sense(&board_, &senses);
+    return status == LAM_OK ? hal.resume(&board_, &at_us) : status;
+  }
+
+  struct rig rig_ = board_rig();
+  struct hal_linux board_;
+  struct hal& hal = board_.hal;
+};
+
+}  // namespace
+
+TEST_F(Board, OpensEverythingThatTheRigFileNamesAndGivesItBack) {
+  ASSERT_EQ(open(), LAM_OK) << hal.error;
+  EXPECT_EQ(fake_gpio().asked.size(), 14u);
+  EXPECT_EQ(fake_board.open_files, 3);
+  ASSERT_EQ(exercise(), LAM_OK) << hal.error;
+  EXPECT_EQ(fake_board.shifted.size(), size_t(CHAIN_BYTES));
+  hal.close(&board_);
+  EXPECT_EQ(fake_gpio().levels["BLANK"], 1);
+  EXPECT_EQ(fake_gpio().levels["LAMP"], 0);
+  expect_nothing_held();
+}
+
+TEST_F(Board, ASequencerHasAProcessorOfItsOwnAndMemoryThatStays) {
+  ASSERT_EQ(open(), LAM_OK) << hal.error;
+  EXPECT_EQ(fake_board.cpu, 3);
+  EXPECT_EQ(fake_board.policy & ~SCHED_RESET_ON_FORK, SCHED_FIFO);
+  EXPECT_EQ(fake_board.priority, 80);
+  EXPECT_EQ(fake_board.locked, MCL_CURRENT | MCL_FUTURE);
+  EXPECT_EQ(fake_board.latency_us, 0);
+  EXPECT_GE(board_.latency_fd, 0) << "the kernel honours it while the file is open";
+  hal.close(&board_);
+}
+
+TEST_F(Board, EachCallThatOpensItFailsOnceAndNothingStaysHeld) {
+  int settings = 0, failures = 0;
+  for (int call = 0;; call++) {
+    start_over();
+    fake_gpio().failing_call = call;
+    testing::internal::CaptureStderr();
+    const enum lam_status status = open();
+    const std::string told = testing::internal::GetCapturedStderr();
+    if (fake_gpio().calls <= call) break;
+    if (status == LAM_OK) {  // a setting that cannot be had is told, and the rig works without
+      settings++;
+      EXPECT_NE(told.find("cannot be had: Input/output error"), std::string::npos) << call << told;
+      hal.close(&board_);
+    } else {
+      failures++;
+      EXPECT_EQ(status, LAM_HARDWARE) << call;
+      EXPECT_STRNE(hal.error, "") << call;
+    }
+    expect_nothing_held();
+  }
+  EXPECT_EQ(settings, 5) << "processor, SCHED_FIFO, memory, opening and writing the latency's file";
+  EXPECT_GE(failures, 20);
+}
+
+TEST_F(Board, EachCallOfABurstFailsOnceAndIsToldInOneLine) {
+  int failures = 0;
+  for (int call = 0;; call++) {
+    start_over();
+    ASSERT_EQ(open(), LAM_OK) << hal.error;
+    fake_gpio().failing_call = fake_gpio().calls + call;
+    const enum lam_status status = exercise();
+    if (fake_gpio().calls <= fake_gpio().failing_call) break;
+    failures++;
+    hal.lights_off(&board_);
+    EXPECT_EQ(fake_gpio().levels["BLANK"], 1) << call;
+    EXPECT_EQ(fake_gpio().levels["LAMP"], 0) << call;
+    EXPECT_TRUE(status == LAM_HARDWARE || hal.error[0] != '\0') << call;
+    EXPECT_EQ(std::string(hal.error).find('\n'), std::string::npos) << hal.error;
+    hal.close(&board_);
+    expect_nothing_held();
+  }
+  EXPECT_GE(failures, 20);
+}
+
+TEST_F(Board, ATemperatureThatIsNoNumberIsAnError) {
+  fake_board.temperature = "warm\n";
+  EXPECT_EQ(open(), LAM_HARDWARE);
+  EXPECT_NE(std::string(hal.error).find("/fake/temperature"), std::string::npos) << hal.error;
+}
+
+TEST_F(Board, WithoutADisplayAPatternIsRefusedWithTheKeyThatIsMissing) {
+  ASSERT_EQ(open(), LAM_OK) << hal.error;
+  double at_us = 0;
+  EXPECT_EQ(hal.commit_pattern(&board_, {lamella_v1_PatternSpan_Kind_BLACK, 0}, &at_us),
+            LAM_HARDWARE);
+  EXPECT_NE(std::string(hal.error).find("linux.display_device"), std::string::npos) << hal.error;
+  hal.close(&board_);
+}
