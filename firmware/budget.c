@@ -81,5 +81,10 @@ enum lam_status budget_check(const struct rig* rig, const struct burst_plan* pla
   const double taken_bytes = rig->store_disk_bytes_per_s * plan->duration_us * 1e-6;
   budget->memory_bytes = fmax(0, budget->frames_bytes - taken_bytes);
   find_refusal(rig, budget);
+  if (budget->refusal[0] == '\0' && plan->duration_us > rig->burst_longest_us) {
+    snprintf(budget->refusal, sizeof budget->refusal,
+             "the burst takes %.2f s; burst.longest_us asks a subject to sit still for %.2f s",
+             plan->duration_us * 1e-6, rig->burst_longest_us * 1e-6);
+  }
   return budget->refusal[0] == '\0' ? LAM_OK : LAM_UNSAFE;
 }

@@ -9,7 +9,8 @@
 #include "proto/session.pb.h"
 #include "rig.h"
 
-enum { BURST_MAX_STEPS = 24, BURST_STEPS = 20 };
+// More steps than the paper's: a burst's retakes count too where it is judged as a whole.
+enum { BURST_MAX_STEPS = 32, BURST_STEPS = 20 };
 
 // What one photograph is of.
 struct burst_step {

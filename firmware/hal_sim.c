@@ -208,8 +208,11 @@ static enum lam_status read_photograph(void* self, unsigned shot, unsigned camer
     return LAM_DROPPED;
   }
   static lamella_v1_ExposureReport report;
-  if (!sim_light_report(&sim->light, camera, sim->shots[shot].open_us, sim->shots[shot].close_us,
-                        &report)) {
+  pthread_mutex_lock(&sim->light_lock);
+  const bool whole = sim_light_report(&sim->light, camera, sim->shots[shot].open_us,
+                                      sim->shots[shot].close_us, &report);
+  pthread_mutex_unlock(&sim->light_lock);
+  if (!whole) {
     return unread(photograph, "more light changes in one exposure than a report can hold");
   }
   return sim_twin_photograph(sim->twin_socket, &report, photograph) ? LAM_OK : LAM_HARDWARE;
@@ -246,8 +249,10 @@ static enum lam_status sense(void* self, struct hal_senses* senses) {
 
 static void lights_off(void* self) {
   struct hal_sim* sim = self;
+  pthread_mutex_lock(&sim->light_lock);
   sim_light_blank(&sim->light, true, now_us(sim));
   sim_light_lamp(&sim->light, false, now_us(sim));
+  pthread_mutex_unlock(&sim->light_lock);
 }
 
 static void close_rig(void* self) {
@@ -263,6 +268,7 @@ enum lam_status hal_sim_open(struct hal_sim* sim, const struct rig* rig, enum si
   sim->rig = rig;
   sim->clock = clock;
   sim->faults = faults;
+  pthread_mutex_init(&sim->light_lock, NULL);
   sim_light_init(&sim->light, rig, &sim->faults);
   sim->last_vblank_us = sim->opened_us = now_us(sim);
   sim->hal = (struct hal){.name = "sim",

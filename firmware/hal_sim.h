@@ -2,6 +2,8 @@
 #ifndef LAMELLA_FIRMWARE_HAL_SIM_H
 #define LAMELLA_FIRMWARE_HAL_SIM_H
 
+#include <pthread.h>
+
 #include "hal.h"
 #include "hal_sim_faults.h"
 #include "hal_sim_light.h"
@@ -31,6 +33,7 @@ struct hal_sim {
   double virtual_now_us;
   double opened_us;  // when the rig was switched on
   struct sim_light light;
+  pthread_mutex_t light_lock;  // lights may go off while another thread reads a photograph
   struct sim_shot shots[SIM_MAX_EVENTS];
   size_t shot_count;
   bool triggered;

@@ -74,8 +74,8 @@ static bool answer_burst(struct dialogue* dialogue, uint32_t id,
   lamella_v1_BurstAccepted* accepted =
       &link_begin(dialogue, id, lamella_v1_Reply_accepted_tag)->body.accepted;
   accepted->burst_id = session->burst_id;
-  accepted->step_count = (uint32_t)session->plan.count;
-  accepted->planned_us = session->plan.duration_us;
+  accepted->step_count = (uint32_t)session_plan(session)->count;
+  accepted->planned_us = session_plan(session)->duration_us;
   return link_send(dialogue);
 }
 

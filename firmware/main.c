@@ -225,6 +225,7 @@ static int start(struct daemon* daemon, const struct arguments* arguments) {
   status = open_hal(daemon, arguments);
   if (status != LAM_OK) return explain(status, daemon->hal->error);
   session_init(&daemon->session, &daemon->rig, daemon->hal, &daemon->store);
+  session_test_latency(&daemon->session);
   return 0;
 }
 
@@ -256,8 +257,8 @@ int main(int argc, char** argv) {
   printf("listening on %s:%u\n", daemon.server.door.address, daemon.server.door.port);
   fflush(stdout);
   link_serve(&daemon.server, &daemon.session, &stop);
-  session_abort(&daemon.session);       // a burst under way ends plainly partial
-  daemon.hal->close(daemon.hal->self);  // lights off first
+  session_close(&daemon.session);  // lights off first; a burst under way ends plainly partial
+  daemon.hal->close(daemon.hal->self);
   store_close(&daemon.store);
   link_close(&daemon.server);
   return 0;

@@ -4,6 +4,8 @@
 #include <stdio.h>
 #include <string.h>
 
+static const double kSeenWithinUs = 2000;  // of the edge played: less than any pulse lasts
+
 static struct hal_pattern pattern_of(const struct burst_step* step) {
   static const lamella_v1_PatternSpan_Kind kKinds[] = {
       [lamella_v1_Frame_Role_FRINGE] = lamella_v1_PatternSpan_Kind_FRINGE,
@@ -15,8 +17,11 @@ static struct hal_pattern pattern_of(const struct burst_step* step) {
   return (struct hal_pattern){kKinds[step->role], step->index};
 }
 
-enum lam_status player_start(struct player* player, struct hal* hal, const struct rig* rig,
-                             const struct burst_plan* plan, const struct timeline* timeline) {
+static bool is_observed(enum edge_line line) { return line == EDGE_VBLANK || line == EDGE_ARRIVED; }
+
+// Nothing is left to be encoded, looked up or paged in once edges are played.
+static void make_ready(struct player* player, struct hal* hal, const struct rig* rig,
+                       const struct burst_plan* plan, const struct timeline* timeline) {
   memset(player, 0, sizeof *player);
   player->hal = hal;
   player->rig = rig;
@@ -29,7 +34,21 @@ enum lam_status player_start(struct player* player, struct hal* hal, const struc
     burst_led_codes(rig, plan->steps[i].role, codes);
     led_chain_encode(rig, codes, player->streams[i]);
   }
+  for (size_t i = 0; i < timeline->count; i++) {
+    if (!is_observed(timeline->edges[i].line)) player->last_edge[timeline->edges[i].step] = i;
+  }
+}
+
+enum lam_status player_start(struct player* player, struct hal* hal, const struct rig* rig,
+                             const struct burst_plan* plan, const struct timeline* timeline) {
+  make_ready(player, hal, rig, plan, timeline);
   return hal->prepare(hal->self, &player->zero_us);
+}
+
+enum lam_status player_resume(struct player* player, struct hal* hal, const struct rig* rig,
+                              const struct burst_plan* plan, const struct timeline* timeline) {
+  make_ready(player, hal, rig, plan, timeline);
+  return hal->resume(hal->self, &player->zero_us);
 }
 
 bool player_is_done(const struct player* player) { return player->next == player->timeline->count; }
@@ -51,7 +70,32 @@ static void record(struct player* player, size_t index, double at_us) {
   if (index < player->first_late) player->first_late = index;
 }
 
-static bool is_observed(enum edge_line line) { return line == EDGE_VBLANK || line == EDGE_ARRIVED; }
+// The played edge that a loop-back saw: of that line and level, nearest in time. timeline->count
+// where none is near: noise on the line, or an edge of nobody's.
+static size_t find_seen(const struct player* player, const struct hal_seen_edge* seen) {
+  const enum edge_line line = seen->line == HAL_BLANK ? EDGE_BLANK : EDGE_TRIGGER;
+  const double at_us = seen->at_us - player->zero_us;
+  size_t nearest = player->timeline->count;
+  double nearest_us = kSeenWithinUs;
+  for (size_t i = 0; i < player->next; i++) {
+    const struct edge* edge = &player->timeline->edges[i];
+    const double apart_us = fabs(player->played[i].actual_us - at_us);
+    if (edge->line != line || edge->value != seen->level || apart_us > nearest_us) continue;
+    nearest = i;
+    nearest_us = apart_us;
+  }
+  return nearest;
+}
+
+void player_hear_loopbacks(struct player* player) {
+  struct hal_seen_edge seen;
+  while (player->hal->next_seen(player->hal->self, &seen)) {
+    const size_t index = find_seen(player, &seen);
+    if (index == player->timeline->count) continue;
+    player->played[index].kernel_us = seen.at_us - player->zero_us;
+    player->played[index].kernel_saw_it = true;
+  }
+}
 
 // Edges that the hardware, not the player, makes happen: recorded when they are first seen.
 static void observe(struct player* player, size_t end) {
@@ -133,8 +177,14 @@ enum lam_status player_step(struct player* player) {
   }
   player->next++;
   observe(player, player->next);
-  if (player_is_done(player)) give_up_observing(player);
+  if (!player_is_done(player)) return LAM_OK;
+  give_up_observing(player);
+  player_hear_loopbacks(player);
   return LAM_OK;
+}
+
+bool player_step_is_over(const struct player* player, size_t step) {
+  return player->next > player->last_edge[step];
 }
 
 // A late arrival spoils every exposure that began before the analyser had settled.

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdbool.h>
 #include <stdio.h>
+#include <string.h>
 
 // Rounding of a double over an hour of microseconds, far below any hardware's.
 static const double kSlackUs = 1e-3;
@@ -231,27 +232,47 @@ static enum lam_status on_edge(struct walk* w, const struct edge* edge) {
   }
 }
 
-enum lam_status safety_check(const struct rig* rig, const struct timeline* timeline,
-                             struct safety_finding* finding) {
-  struct walk w = {.rig = rig, .finding = finding, .blank = true};
-  w.close_us = w.lamp_change_us = kLongAgoUs;
-  w.analyser_still_us = kLongAgoUs;
+static void recall(struct walk* w, const struct safety_past* past) {
+  // rest_us leaves room for the readout and the lamp: they began this much before it.
+  w->close_us = past->rest_us - w->rig->camera_readout_us;
+  w->lamp_change_us = past->rest_us - w->rig->projector_lamp_settle_us;
+  w->pulses = past->pulses;
+  memcpy(w->pulse_on_us, past->on_us, past->pulses * sizeof past->on_us[0]);
+  memcpy(w->pulse_off_us, past->off_us, past->pulses * sizeof past->off_us[0]);
+}
+
+static enum lam_status walk_edges(struct walk* w, const struct timeline* timeline) {
   double t_us = 0;
-  for (; w.edge < timeline->count; w.edge++) {
-    const struct edge* edge = &timeline->edges[w.edge];
-    if (!(edge->t_us >= t_us)) return broken(&w, SAFETY_ORDER, "edges are not in order of time");
+  for (; w->edge < timeline->count; w->edge++) {
+    const struct edge* edge = &timeline->edges[w->edge];
+    if (!(edge->t_us >= t_us)) return broken(w, SAFETY_ORDER, "edges are not in order of time");
     t_us = edge->t_us;
     enum lam_status status = LAM_OK;
-    if (w.exposure_unjudged && !is_exposing(&w, t_us)) status = judge_exposure(&w);
-    if (status == LAM_OK) status = on_edge(&w, edge);
+    if (w->exposure_unjudged && !is_exposing(w, t_us)) status = judge_exposure(w);
+    if (status == LAM_OK) status = on_edge(w, edge);
     if (status != LAM_OK) return status;
   }
-  if (w.exposure_unjudged && !w.triggered) {
-    const enum lam_status status = judge_exposure(&w);
+  if (w->exposure_unjudged && !w->triggered) {
+    const enum lam_status status = judge_exposure(w);
     if (status != LAM_OK) return status;
   }
-  if (!w.blank || w.lamp || w.triggered) {
-    return broken(&w, SAFETY_ORDER, "the burst ends with a light on or a shutter open");
+  if (!w->blank || w->lamp || w->triggered) {
+    return broken(w, SAFETY_ORDER, "the burst ends with a light on or a shutter open");
   }
   return LAM_OK;
+}
+
+enum lam_status safety_check_after(const struct rig* rig, const struct safety_past* past,
+                                   const struct timeline* timeline,
+                                   struct safety_finding* finding) {
+  struct walk w = {.rig = rig, .finding = finding, .blank = true};
+  w.analyser_still_us = kLongAgoUs;
+  recall(&w, past);
+  return walk_edges(&w, timeline);
+}
+
+enum lam_status safety_check(const struct rig* rig, const struct timeline* timeline,
+                             struct safety_finding* finding) {
+  const struct safety_past nothing = {.rest_us = kLongAgoUs};
+  return safety_check_after(rig, &nothing, timeline, finding);
 }

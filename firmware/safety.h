@@ -26,6 +26,17 @@ struct safety_finding {
   char text[128];  // one line for the operator
 };
 
+// What was played before a timeline that goes on with a burst, on its own clock: before its zero.
+struct safety_past {
+  double rest_us;  // the last frame is read out and the lamp dark from here on
+  size_t pulses;   // of LED light
+  double on_us[BURST_MAX_STEPS], off_us[BURST_MAX_STEPS];
+};
+
+// The same for a timeline that follows others of its burst.
+enum lam_status safety_check_after(const struct rig* rig, const struct safety_past* past,
+                                   const struct timeline* timeline, struct safety_finding* finding);
+
 // LAM_UNSAFE with the first finding, or LAM_OK.
 enum lam_status safety_check(const struct rig* rig, const struct timeline* timeline,
                              struct safety_finding* finding);

@@ -5,10 +5,15 @@
 #include <string.h>
 
 #include "budget.h"
+#include "latency.h"
+#include "verdict.h"
 
 enum { kDiskWaitMs = 20 };  // hosts are heard between
 
 #define STATE(name) lamella_v1_RigState_##name
+
+static const double kCollectUs = 20e3;  // and so long for a photograph
+static const double kLetGoUs = 1e6;     // a camera lets go of a forgotten photograph by then
 
 void session_init(struct session* session, const struct rig* rig, struct hal* hal,
                   struct store* store) {
@@ -19,6 +24,10 @@ void session_init(struct session* session, const struct rig* rig, struct hal* ha
   session->state = STATE(IDLE);
   session->stands_crossed = rig->analyser_parks_crossed;
   session->burst_id = store_newest_burst(store);
+}
+
+void session_test_latency(struct session* session) {
+  latency_test(session->hal, &session->latency);
 }
 
 bool session_may_go(lamella_v1_RigState from, lamella_v1_RigState to) {
@@ -49,21 +58,21 @@ static enum lam_status go(struct session* session, lamella_v1_RigState to) {
   return LAM_OK;
 }
 
+const struct burst_plan* session_plan(const struct session* session) {
+  return &session->roll.takes[0].plan;
+}
+
 void session_timing(const struct session* session, uint32_t first_edge,
                     lamella_v1_TimingEdges* page) {
   const size_t room = sizeof page->edges / sizeof page->edges[0];
-  *page = (lamella_v1_TimingEdges){.zero_us = session->player.zero_us,
+  const size_t total = roll_edge_count(&session->roll);
+  *page = (lamella_v1_TimingEdges){.zero_us = session->roll.takes[0].player.zero_us,
+                                   .has_latency = true,
+                                   .latency = session->latency,
                                    .first_edge = first_edge,
-                                   .total_edges = (uint32_t)session->timeline.count};
-  for (size_t i = first_edge; i < session->timeline.count && page->edges_count < room; i++) {
-    const struct edge* edge = &session->timeline.edges[i];
-    lamella_v1_TimedEdge* timed = &page->edges[page->edges_count++];
-    timed->planned_us = edge->t_us;
-    timed->actual_us = session->player.played[i].actual_us;
-    timed->tolerance_us = edge->tolerance_us;
-    snprintf(timed->line, sizeof timed->line, "%s", timeline_line_name(edge->line));
-    timed->value = edge->value;
-    timed->step = edge->step;
+                                   .total_edges = (uint32_t)total};
+  for (size_t i = first_edge; i < total && page->edges_count < room; i++) {
+    roll_describe_edge(&session->roll, i, &page->edges[page->edges_count++]);
   }
 }
 
@@ -71,23 +80,89 @@ static void give_timing(const void* session, uint32_t first_edge, lamella_v1_Tim
   session_timing(session, first_edge, page);
 }
 
-// Ends the burst in the store: whole, or with the reason why it is not.
 static enum lam_status end_in_store(struct session* session, const char* why) {
   const struct store_ending ending = {
       .why = why, .done = session->done, .timing = give_timing, .context = session};
   return store_end(session->store, &ending);
 }
 
+// A burst that is not whole ends in the store once nobody else touches that.
+static bool settle(struct session* session) {
+  if (session->ends_unwhole == NULL) return true;
+  if (!collector_is_idle(&session->collector)) return false;
+  end_in_store(session, session->ends_unwhole);
+  session->ends_unwhole = NULL;
+  return true;
+}
+
+static bool await_end(struct session* session) {
+  if (session->ends_unwhole == NULL) return false;
+  collector_wait_idle(&session->collector, kCollectUs);
+  settle(session);
+  return true;
+}
+
+static void end_unwhole(struct session* session, const char* why) {
+  session->playing = false;
+  session->ends_unwhole = why;
+  collector_forget(&session->collector);
+  collector_wait_idle(&session->collector, kCollectUs);
+  settle(session);
+}
+
+void session_close(struct session* session) {
+  session->hal->lights_off(session->hal->self);
+  if (session->state == STATE(ARMED) || session->state == STATE(RUNNING)) {
+    session->ends_unwhole = "the rig was stopped";
+  }
+  if (collector_stop(&session->collector)) settle(session);
+}
+
 static bool fail(struct session* session, enum lam_part part, const char* why) {
   session->fault_part = part;
   session->hal->lights_off(session->hal->self);
   snprintf(session->fault, sizeof session->fault, "%s", why);
-  end_in_store(session, session->fault);
+  end_unwhole(session, session->fault);
   fprintf(stderr, "lamella-rigd: burst %llu: FAULT: %s\n", (unsigned long long)session->burst_id,
           why);
-  session->playing = false;
   session->has_news = go(session, STATE(FAULT)) == LAM_OK;
   return true;
+}
+
+static bool fail_by_collector(struct session* session) {
+  const bool disk = store_fault(session->store)[0] != '\0';
+  return fail(session, disk ? LAM_PART_DISK : LAM_PART_CAMERA, session->collector.error);
+}
+
+// A plan that breaks no rule, or the reason why there is none.
+static enum lam_status compile(struct session* session, const struct burst_step steps[],
+                               size_t count, struct burst_plan* plan, struct timeline* timeline) {
+  struct safety_finding finding;
+  struct budget budget;
+  burst_order(session->rig, steps, count, session->stands_crossed, plan);
+  timeline_build(session->rig, plan, timeline);
+  if (safety_check(session->rig, timeline, &finding) != LAM_OK) {
+    return refuse(session, LAM_UNSAFE, finding.text);
+  }
+  if (budget_check(session->rig, plan, &budget) != LAM_OK) {
+    return refuse(session, LAM_UNSAFE, budget.refusal);
+  }
+  return LAM_OK;
+}
+
+// The collector runs, and has let go of the last burst.
+static enum lam_status free_collector(struct session* session) {
+  struct collector* collector = &session->collector;
+  if (!collector->runs && collector_start(collector, session->hal, session->store, session->rig,
+                                          &session->roll) != LAM_OK) {
+    return refuse(session, LAM_WRONG_STATE, "no thread can be had to collect photographs");
+  }
+  collector_forget(collector);
+  if (!collector_wait_idle(collector, kLetGoUs) || !settle(session)) {
+    return refuse(session, LAM_WRONG_STATE, "a camera still reads for the burst before: try again");
+  }
+  collector_begin(collector);
+  return LAM_OK;
 }
 
 enum lam_status session_request_steps(struct session* session, const struct burst_step steps[],
@@ -98,22 +173,20 @@ enum lam_status session_request_steps(struct session* session, const struct burs
                                                  : "a burst is under way");
   }
   if (session->occupied != NULL) return refuse(session, LAM_WRONG_STATE, session->occupied);
-  struct safety_finding finding;
-  burst_order(session->rig, steps, count, session->stands_crossed, &session->plan);
-  timeline_build(session->rig, &session->plan, &session->timeline);
-  if (safety_check(session->rig, &session->timeline, &finding) != LAM_OK) {
-    return refuse(session, LAM_UNSAFE, finding.text);
-  }
-  struct budget budget;
-  if (budget_check(session->rig, &session->plan, &budget) != LAM_OK) {
-    return refuse(session, LAM_UNSAFE, budget.refusal);
-  }
+  struct burst_plan plan;
+  struct timeline timeline;
+  enum lam_status status = compile(session, steps, count, &plan, &timeline);
+  if (status == LAM_OK) status = free_collector(session);
+  if (status != LAM_OK) return status;
   const struct store_order order = {.frames = (uint32_t)(2 * count),
                                     .frame_bytes = session->rig->camera_frame_bytes,
                                     .discard_held = discard_held};
-  const enum lam_status stored = store_begin(session->store, &order, &session->burst_id,
-                                             session->refusal, sizeof session->refusal);
-  return stored == LAM_OK ? go(session, STATE(ARMED)) : stored;
+  status = store_begin(session->store, &order, &session->burst_id, session->refusal,
+                       sizeof session->refusal);
+  if (status != LAM_OK) return status;
+  roll_begin(&session->roll, session->rig);
+  roll_add_take(&session->roll, &plan, &timeline);
+  return go(session, STATE(ARMED));
 }
 
 enum lam_status session_request_burst(struct session* session, bool discard_held) {
@@ -121,12 +194,14 @@ enum lam_status session_request_burst(struct session* session, bool discard_held
 }
 
 static bool start(struct session* session) {
-  if (player_start(&session->player, session->hal, session->rig, &session->plan,
-                   &session->timeline) != LAM_OK) {
+  struct take* take = roll_newest_take(&session->roll);
+  session->retake.why_not[0] = '\0';
+  session->offered = session->told = 0;
+  if (player_start(&take->player, session->hal, session->rig, &take->plan, &take->timeline) !=
+      LAM_OK) {
     return fail(session, LAM_PART_OTHER, session->hal->error);
   }
   session->playing = true;
-  session->collected = 0;
   return go(session, STATE(RUNNING)) == LAM_OK;
 }
 
@@ -136,13 +211,34 @@ static enum lam_part part_behind(enum edge_line line) {
   return line == EDGE_ANALYSER ? LAM_PART_ACTUATOR : LAM_PART_OTHER;
 }
 
+// Gives the collector what is over: at once where the hardware reads while edges are played.
+static void offer(struct session* session, unsigned shots) {
+  if (shots == session->offered) return;
+  session->offered = shots;
+  collector_offer(&session->collector, shots);
+}
+
+static void offer_played(struct session* session) {
+  if (!session->hal->reads_while_playing) return;
+  const struct take* take = roll_newest_take(&session->roll);
+  unsigned shots = session->offered;
+  while (shots < session->roll.shot_count &&
+         player_step_is_over(&take->player, session->roll.shots[shots].step)) {
+    shots++;
+  }
+  offer(session, shots);
+}
+
 static bool play(struct session* session) {
-  const struct edge* edge = &session->timeline.edges[session->player.next];
-  if (player_step(&session->player) != LAM_OK) {
+  struct take* take = roll_newest_take(&session->roll);
+  struct player* player = &take->player;
+  const struct edge* edge = &take->timeline.edges[player->next];
+  if (player_step(player) != LAM_OK) {
     return fail(session, part_behind(edge->line), session->hal->error);
   }
   if (edge->line == EDGE_ANALYSER) session->stands_crossed = edge->value;
-  session->playing = !player_is_done(&session->player);
+  session->playing = !player_is_done(player);
+  offer_played(session);
   return true;
 }
 
@@ -167,86 +263,44 @@ void session_watch(struct session* session) {
     fail(session, LAM_PART_HEAT, "the LEDs' board is too hot: let it cool, then abort");
   } else if (store_fault(session->store)[0] != '\0') {
     fail(session, LAM_PART_DISK, store_fault(session->store));
+  } else if (collector_has_failed(&session->collector)) {
+    fail_by_collector(session);
+  } else {
+    player_hear_loopbacks(&roll_newest_take(&session->roll)->player);
   }
-}
-
-// The frame's own message: what it is of, and when it really happened.
-static void describe(const struct session* session, size_t step, unsigned camera,
-                     lamella_v1_Frame* frame) {
-  const struct burst_step* what = &session->plan.steps[step];
-  const struct player* player = &session->player;
-  const double delay_us = session->rig->camera_start_delay_us;
-  const bool leds = burst_step_is_lit_by_leds(what);
-  *frame = (lamella_v1_Frame)lamella_v1_Frame_init_zero;
-  frame->has_step = frame->has_role = frame->has_index = frame->has_analyser = true;
-  frame->step = (uint32_t)step;
-  frame->role = what->role;
-  frame->index = what->index;
-  frame->analyser = what->crossed || camera == 1 ? lamella_v1_Frame_Analyser_CROSS
-                                                 : lamella_v1_Frame_Analyser_PARALLEL;
-  frame->has_camera = true;
-  snprintf(frame->camera, sizeof frame->camera, "%s", camera == 0 ? "left" : "right");
-  frame->trigger_us = player_actual_us(player, step, EDGE_TRIGGER, 1);
-  const double untrigger_us = player_actual_us(player, step, EDGE_TRIGGER, 0);
-  frame->exposure_us = untrigger_us - frame->trigger_us;
-  frame->has_light_on_us = frame->has_light_off_us = true;
-  frame->light_on_us =
-      leds ? player_actual_us(player, step, EDGE_BLANK, 0) : frame->trigger_us + delay_us;
-  frame->light_off_us =
-      leds ? player_actual_us(player, step, EDGE_BLANK, 1) : untrigger_us + delay_us;
-}
-
-static void describe_raw(const lamella_v1_PhotographHeader* header, lamella_v1_Frame* frame) {
-  frame->has_pixel_format = frame->has_black_level_dn = frame->has_gain_per_dn = true;
-  memcpy(frame->pixel_format, header->pixel_format, sizeof frame->pixel_format);
-  frame->black_level_dn = header->black_level_dn;
-  frame->gain_per_dn = header->gain_per_dn;
-  frame->radiance_scale_count = header->radiance_scale_count;
-  memcpy(frame->radiance_scale, header->radiance_scale, sizeof frame->radiance_scale);
 }
 
 static bool collect(struct session* session) {
-  const size_t step = session->collected / 2;
-  const unsigned camera = session->collected % 2;
-  struct hal* hal = session->hal;
-  struct hal_photograph raw;
-  raw.bytes = store_room(session->store, &raw.capacity);
-  if (hal->read_photograph(hal->self, (unsigned)step, camera, &raw) != LAM_OK) {
-    return fail(session, LAM_PART_CAMERA, raw.error);
-  }
-  struct photograph photograph = {.frame_id = session->collected,
-                                  .width = raw.header.width,
-                                  .height = raw.header.height,
-                                  .size = raw.header.size_bytes,
-                                  .crc32c = raw.header.crc32c,
-                                  .marked = player_step_is_marked(&session->player, step)};
-  describe(session, step, camera, &photograph.frame);
-  describe_raw(&raw.header, &photograph.frame);
-  if (!store_keep(session->store, &photograph)) {
-    return fail(session, LAM_PART_DISK, store_fault(session->store));
-  }
-  session->collected++;
-  session->has_progress = true;
+  collector_wait(&session->collector, kCollectUs);
   return true;
 }
 
-static void write_verdict(struct session* session) {
-  lamella_v1_BurstDone* done = &session->done;
-  const struct player* player = &session->player;
-  *done = (lamella_v1_BurstDone){.burst_id = session->burst_id,
-                                 .frame_count = session->collected,
-                                 .marked = player->late_count > 0,
-                                 .late_edges = (uint32_t)player->late_count};
-  if (!done->marked) {
-    snprintf(done->verdict, sizeof done->verdict, "%zu steps, %zu edges, none late",
-             session->plan.count, session->timeline.count);
-    return;
+// Another take of what went wrong, where there is some and there is time.
+static bool retake(struct session* session) {
+  struct roll* roll = &session->roll;
+  struct hal* hal = session->hal;
+  for (size_t i = 0; 2 * (i + 1) <= collector_done(&session->collector); i++) {
+    roll->shots[i].dropped = session->collector.dropped[i];
   }
-  const struct edge* edge = &session->timeline.edges[player->first_late];
-  snprintf(done->verdict, sizeof done->verdict,
-           "MARKED: %zu of %zu edges late, the first %s of step %u by %.0f us", player->late_count,
-           session->timeline.count, timeline_line_name(edge->line), edge->step,
-           player->played[player->first_late].actual_us - edge->t_us);
+  roll_judge(roll);
+  if (!retake_find(roll, session->stands_crossed, hal->now_us(hal->self), &session->retake)) {
+    return false;
+  }
+  hal->wait_until_us(hal->self, session->retake.rest_us);
+  struct take* take = roll_add_take(roll, &session->retake.plan, &session->retake.timeline);
+  if (player_resume(&take->player, hal, session->rig, &take->plan, &take->timeline) != LAM_OK) {
+    return fail(session, LAM_PART_OTHER, hal->error);
+  }
+  const double end_us = roll_zero_us(roll, roll->take_count - 1) + take->plan.duration_us;
+  if (end_us > session->rig->burst_longest_us) {
+    roll_withdraw_take(roll);
+    snprintf(session->retake.why_not, sizeof session->retake.why_not,
+             "the rig came to rest too late");
+    return false;
+  }
+  roll_replace(roll);
+  session->playing = true;
+  return true;
 }
 
 static bool finish(struct session* session) {
@@ -254,28 +308,49 @@ static bool finish(struct session* session) {
     session->has_progress = true;
     return true;
   }
-  write_verdict(session);
-  if (end_in_store(session, NULL) != LAM_OK)
+  const struct roll* roll = &session->roll;
+  for (size_t i = 0; i < 2 * roll->shot_count; i++) {
+    const struct shot* shot = &roll->shots[i / 2];
+    if (!shot->bad && shot->replaced_by < 0) continue;
+    store_mark(session->store, (uint32_t)i, shot->bad, shot->replaced_by);
+  }
+  verdict_write(roll, collector_kept(&session->collector), session->retake.why_not, &session->done);
+  session->done.burst_id = session->burst_id;
+  if (end_in_store(session, NULL) != LAM_OK) {
     return fail(session, LAM_PART_DISK, store_fault(session->store));
+  }
   fprintf(stderr, "lamella-rigd: burst %llu: %s\n", (unsigned long long)session->burst_id,
           session->done.verdict);
   session->has_news = true;
   return go(session, STATE(IDLE)) == LAM_OK;
 }
 
+static void note_progress(struct session* session) {
+  const unsigned kept = collector_kept(&session->collector);
+  session->has_progress = session->has_progress || kept > session->told;
+  session->told = kept;
+}
+
 bool session_work(struct session* session) {
   if (session->state == STATE(ARMED)) return start(session);
-  if (session->state != STATE(RUNNING)) return false;
+  if (session->state != STATE(RUNNING)) return await_end(session);
+  note_progress(session);
+  if (collector_has_failed(&session->collector)) return fail_by_collector(session);
   if (store_fault(session->store)[0] != '\0') {
     return fail(session, LAM_PART_DISK, store_fault(session->store));
   }
   if (session->playing) return play(session);
-  if (session->collected < 2 * session->plan.count) return collect(session);
-  return finish(session);
+  if (collector_done(&session->collector) < 2 * session->offered) return collect(session);
+  if (retake(session) || session->state != STATE(RUNNING)) return true;
+  if (session->offered == session->roll.shot_count) return finish(session);
+  offer(session, (unsigned)session->roll.shot_count);
+  return true;
 }
 
 double session_slack_us(const struct session* session) {
-  return session->playing ? player_slack_us(&session->player) : INFINITY;
+  return session->playing
+             ? player_slack_us(&session->roll.takes[session->roll.take_count - 1].player)
+             : INFINITY;
 }
 
 enum lam_status session_abort(struct session* session) {
@@ -283,8 +358,8 @@ enum lam_status session_abort(struct session* session) {
   if (session->state == STATE(IDLE)) {
     return refuse(session, LAM_WRONG_STATE, "there is no burst to abort");
   }
-  if (session->state != STATE(FAULT)) end_in_store(session, "aborted by the operator");
-  session->playing = false;
+  if (session->state != STATE(FAULT)) end_unwhole(session, "aborted by the operator");
+  if (session->ends_unwhole != NULL) session->ends_unwhole = "aborted by the operator";
   session->has_news = session->has_progress = false;
   session->fault[0] = '\0';
   return go(session, STATE(IDLE));
@@ -294,6 +369,8 @@ void session_status(const struct session* session, lamella_v1_Status* status) {
   *status = (lamella_v1_Status){.state = session->state,
                                 .burst_id = session->burst_id,
                                 .frames_held = (uint32_t)store_held(session->store),
-                                .bursts_held = store_bursts_held(session->store)};
+                                .bursts_held = store_bursts_held(session->store),
+                                .has_latency = true,
+                                .latency = session->latency};
   snprintf(status->fault, sizeof status->fault, "%s", session->fault);
 }

@@ -2,19 +2,24 @@
 //
 //   IDLE --request--> ARMED --work--> RUNNING --work--> IDLE
 //   ARMED, RUNNING --abort--> IDLE     ARMED, RUNNING --failure--> FAULT --abort--> IDLE
+//
+// RUNNING, a burst plays a take; its photographs are collected meanwhile or after it, as the
+// hardware can; what went wrong is played again in another take while burst.longest_us allows.
 #ifndef LAMELLA_FIRMWARE_SESSION_H
 #define LAMELLA_FIRMWARE_SESSION_H
 
 #include <stdbool.h>
 
 #include "burst.h"
+#include "collector.h"
 #include "hal.h"
 #include "player.h"
 #include "proto/link.pb.h"
+#include "retake.h"
 #include "rig.h"
+#include "roll.h"
 #include "safety.h"
 #include "store.h"
-#include "timeline.h"
 
 struct session {
   const struct rig* rig;
@@ -27,19 +32,29 @@ struct session {
   char refusal[160];     // why the last request or abort was refused
   uint64_t burst_id;     // of the newest burst; the store gives it
   bool stands_crossed;
-  bool playing;  // within RUNNING: edges, then photographs
-  unsigned collected;
-  struct burst_plan plan;
-  struct timeline timeline;
-  struct player player;
+  bool playing;  // within RUNNING: edges of the newest take
+  struct roll roll;
+  struct retake retake;
+  struct collector collector;
+  unsigned offered;            // shots that the collector was given
+  unsigned told;               // photographs that has_progress was set for
+  const char* ends_unwhole;    // why the burst ends in the store once the collector is idle
+  lamella_v1_Latency latency;  // of this daemon
   lamella_v1_BurstDone done;
   bool heart;         // level of the heartbeat's line
   bool has_news;      // BurstDone or FAULT that no host was told yet
   bool has_progress;  // a photograph more that no host was told of yet
 };
 
+// The session stays where it is until it is closed.
 void session_init(struct session* session, const struct rig* rig, struct hal* hal,
                   struct store* store);
+
+// Ends what reads photographs. The hardware is closed after it.
+void session_close(struct session* session);
+
+// Measures how late waits end on this machine. No line moves.
+void session_test_latency(struct session* session);
 
 bool session_may_go(lamella_v1_RigState from, lamella_v1_RigState to);
 
@@ -51,7 +66,10 @@ enum lam_status session_request_burst(struct session* session, bool discard_held
 enum lam_status session_request_steps(struct session* session, const struct burst_step steps[],
                                       size_t count, bool discard_held);
 
-// Does the next piece of the burst: starts it, plays one edge, or fetches one photograph.
+// The plan of the burst: of its first take.
+const struct burst_plan* session_plan(const struct session* session);
+
+// Does the next piece of the burst: starts a take, plays one edge, or looks after the photographs.
 // False where there is nothing to do. The end of a burst, good or bad, is also a line on stderr.
 bool session_work(struct session* session);
 

@@ -175,6 +175,34 @@ bool store_keep(struct store* store, const struct photograph* photograph) {
   return keeps;
 }
 
+static void note_shot(lamella_v1_Frame* frame, int replaced_by) {
+  frame->has_replaced_by = replaced_by >= 0;
+  frame->replaced_by = replaced_by >= 0 ? (uint32_t)replaced_by : 0;
+}
+
+static void mark_on_disk(struct store* store, uint32_t frame_id, bool bad, int replaced_by) {
+  lamella_v1_FrameOffer offer;
+  if (!burst_get_offer(&store->disk, &store->current, frame_id, &offer)) return;  // dropped
+  offer.marked = bad;
+  note_shot(&offer.frame, replaced_by);
+  const int failed = burst_put_record(&store->disk, &store->current, &offer);
+  if (failed == 0) return;
+  pthread_mutex_lock(&store->lock);
+  store_fail(store, "a photograph cannot be marked on the rig's disk", failed);
+  pthread_mutex_unlock(&store->lock);
+}
+
+void store_mark(struct store* store, uint32_t frame_id, bool bad, int replaced_by) {
+  if (store->on_disk) {
+    mark_on_disk(store, frame_id, bad, replaced_by);
+    return;
+  }
+  struct photograph* photograph = store_find(store, frame_id);
+  if (photograph == NULL) return;  // dropped
+  photograph->marked = bad;
+  note_shot(&photograph->frame, replaced_by);
+}
+
 static enum lam_status end_on_disk(struct store* store, const struct store_ending* ending) {
   if (ending->why != NULL) writer_drop_queue(store);
   while (!store_is_written(store, 1000)) continue;

@@ -101,6 +101,10 @@ bool store_keep(struct store* store, const struct photograph* photograph);
 // True where nothing is left to be written, or nothing more can be; waits for it up to `wait_ms`.
 bool store_is_written(struct store* store, unsigned wait_ms);
 
+// What became clear about a photograph after it was kept, once everything is written: it is bad,
+// or taken again by the shot `replaced_by` (-1: by none).
+void store_mark(struct store* store, uint32_t frame_id, bool bad, int replaced_by);
+
 // In memory a burst that is not whole is forgotten. On disk it stays, with what the disk has of it
 // and the reason; a whole one is whole on disk when this returns LAM_OK.
 enum lam_status store_end(struct store* store, const struct store_ending* ending);

@@ -67,6 +67,7 @@ void print_report(const Options& options, const Burst& burst, const Reception& r
                                          {"largest_edge_error_us", s.largest_edge_error_us},
                                          {"late_edges", burst.late_edges},
                                          {"marked", reception.marked},
+                                         {"retaken", reception.retaken},
                                          {"verdict", burst.verdict},
                                          {"transfer_s", reception.transfer_s},
                                          {"megabytes_per_s", s.megabytes_per_s}};
@@ -82,6 +83,10 @@ void print_table(const Options& options, const Burst& burst, const Reception& re
              s.largest_edge_error_us, burst.late_edges);
   fmt::print("  received and developed in {:.2f} s, {:.0f} MB/s\n", reception.transfer_s,
              s.megabytes_per_s);
+  if (!reception.retaken.empty()) {
+    fmt::print("  retaken      {} photographs within the burst; the first ones are in {}\n",
+               reception.retaken.size(), (options.out / "frames" / "retaken").string());
+  }
   for (const std::string& frame : reception.marked) fmt::print("  to be retaken: {}\n", frame);
   if (!burst.verdict.empty()) fmt::print("  verdict      {}\n", burst.verdict);
 }

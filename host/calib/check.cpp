@@ -226,6 +226,14 @@ void check_manifest(const Session& s, std::vector<CheckLine>* lines) {
     require_burst(s);
     lines->push_back(plain_line(Grade::kGood, "roles", "every role of the left camera is there"));
   });
+  if (!s.retaken.empty()) {
+    std::string first = name_of(s.retaken.front());
+    lines->push_back(plain_line(
+        Grade::kNote, "retaken",
+        fmt::format("{} photographs were taken again within the burst, the first {}; the ones "
+                    "before are kept beside",
+                    s.retaken.size(), first)));
+  }
   if (!s.right) {
     lines->push_back(
         plain_line(Grade::kNote, "roles", "no right camera: depth from the projector alone"));
@@ -288,9 +296,10 @@ void check_timing(const Session& s, std::vector<CheckLine>* lines) {
   guarded("timing", lines, [&] {
     v1::TimingEdges timing;
     read_json(file, &timing);
-    const auto late = std::count_if(
-        timing.edges().begin(), timing.edges().end(),
-        [](const auto& e) { return std::abs(e.actual_us() - e.planned_us()) > e.tolerance_us(); });
+    const auto late =
+        std::count_if(timing.edges().begin(), timing.edges().end(), [](const v1::TimedEdge& e) {
+          return !e.replaced() && std::abs(e.actual_us() - e.planned_us()) > e.tolerance_us();
+        });
     const double largest_us = largest_edge_error_us(timing);
     lines->push_back({late > 0 ? Grade::kPoor : Grade::kGood, "timing",
                       fmt::format("{} edges, largest error {:.1f} us, {} beyond tolerance",

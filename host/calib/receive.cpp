@@ -165,13 +165,21 @@ void add_frames(Reception* reception) {
   for (const v1::FrameOffer& offer : reception->offers) {
     frames.push_back(developed_frame(offer.frame()));
     if (!files.insert(frames.back().file()).second) reject("rig: " + describe(offer), "sent twice");
-    if (offer.marked()) reception->marked.push_back(describe(offer));
+    if (offer.frame().has_replaced_by()) {
+      reception->retaken.push_back(describe(offer));
+    } else if (offer.marked()) {
+      reception->marked.push_back(describe(offer));
+    }
   }
   std::stable_sort(frames.begin(), frames.end(), [](const v1::Frame& a, const v1::Frame& b) {
     return std::pair(a.camera(), a.step()) < std::pair(b.camera(), b.step());
   });
-  reception->manifest.clear_frames();
-  for (const v1::Frame& frame : frames) *reception->manifest.add_frames() = frame;
+  v1::Session* manifest = &reception->manifest;
+  manifest->clear_frames();
+  manifest->clear_retaken();
+  for (const v1::Frame& frame : frames) {
+    *(frame.has_replaced_by() ? manifest->add_retaken() : manifest->add_frames()) = frame;
+  }
 }
 
 }  // namespace
@@ -182,8 +190,10 @@ std::string frame_file(const v1::Frame& frame) {
   name += "_" + lower(v1::Frame::Role_Name(frame.role()));
   const bool indexed = frame.role() == v1::Frame::FRINGE || frame.role() == v1::Frame::STRIPES;
   if (indexed) name += "_" + std::to_string(frame.index());
-  name += "_" + lower(v1::Frame::Analyser_Name(frame.analyser())) + ".exr";
-  return "frames/" + frame.camera() + "/" + name;
+  name += "_" + lower(v1::Frame::Analyser_Name(frame.analyser()));
+  if (!frame.has_replaced_by()) return "frames/" + frame.camera() + "/" + name + ".exr";
+  name += "_shot_" + std::to_string(frame.shot());
+  return "frames/retaken/" + frame.camera() + "/" + name + ".exr";
 }
 
 Reception receive_session(LinkClient* rig, const Burst& burst, const fs::path& folder,
@@ -213,6 +223,7 @@ void acknowledge_all(LinkClient* rig, const Reception& reception) {
 double largest_edge_error_us(const v1::TimingEdges& timing) {
   double largest = 0;
   for (const v1::TimedEdge& edge : timing.edges()) {
+    if (edge.replaced()) continue;
     largest = std::max(largest, std::abs(edge.actual_us() - edge.planned_us()));
   }
   return largest;

@@ -17,7 +17,8 @@ struct Reception {
   v1::TimingEdges timing;
   size_t raw_bytes = 0;
   double transfer_s = 0;
-  std::vector<std::string> marked;  // photographs an edge came too late for, in words
+  std::vector<std::string> marked;   // photographs to be taken again, in words
+  std::vector<std::string> retaken;  // photographs that the rig took again itself
 };
 
 // Fetches every photograph of the burst and writes frames/, timing.json and session.json into
@@ -30,10 +31,11 @@ Reception receive_session(LinkClient* rig, const Burst& burst, const fs::path& f
 // The rig may forget all of them. Only after the session is in its place.
 void acknowledge_all(LinkClient* rig, const Reception& reception);
 
-// Largest |actual - planned| over all edges, us; 0 where there are none.
+// Largest |actual - planned| over all edges but those of photographs that were replaced, us; 0
+// where there are none.
 double largest_edge_error_us(const v1::TimingEdges& timing);
 
-// frames/left/07_stripes_2_cross.exr
+// frames/left/07_stripes_2_cross.exr; one that was replaced: frames/retaken/left/..._shot_7.exr
 std::string frame_file(const v1::Frame& frame);
 
 }  // namespace lamella

@@ -214,6 +214,7 @@ v1::Session message_from_session(const Session& s) {
   p->mutable_dots()->add_offset_px(s.patterns.dot_offset_px[0]);
   p->mutable_dots()->add_offset_px(s.patterns.dot_offset_px[1]);
   for (const Frame& f : s.frames) *m.add_frames() = message_from_frame(f);
+  for (const Frame& f : s.retaken) *m.add_retaken() = message_from_frame(f);
   if (!s.regions_file.empty()) {
     m.mutable_regions()->set_file(s.regions_file);
     for (const std::string& name : s.region_names) m.mutable_regions()->add_names(name);

@@ -172,18 +172,27 @@ void require_file(const Session& s, const std::string& name, const std::string& 
   }
 }
 
+Frame checked_frame(const v1::Frame& m, const Session& s, const std::string& at) {
+  Frame frame = frame_from_message(m, at);
+  const bool known = frame.camera == "left" || (frame.camera == "right" && s.right);
+  if (!known) throw_bad_input(at + ".camera", "no camera \"" + frame.camera + "\" in the rig");
+  require_file(s, frame.file, at + ".file");
+  if (!frame.view.empty()) require_file(s, frame.view, at + ".view");
+  return frame;
+}
+
 void read_frames(const v1::Session& m, Session* s) {
   for (int i = 0; i < m.frames_size(); ++i) {
     const std::string at = field(*s, "frames[" + std::to_string(i) + "]");
-    Frame frame = frame_from_message(m.frames(i), at);
-    const bool known = frame.camera == "left" || (frame.camera == "right" && s->right);
-    if (!known) throw_bad_input(at + ".camera", "no camera \"" + frame.camera + "\" in the rig");
-    require_file(*s, frame.file, at + ".file");
-    if (!frame.view.empty()) require_file(*s, frame.view, at + ".view");
+    Frame frame = checked_frame(m.frames(i), *s, at);
     if (is_duplicate(*s, frame)) {
       throw_bad_input(at + ".role", "a second frame of the same camera, role, index and analyser");
     }
     s->frames.push_back(std::move(frame));
+  }
+  for (int i = 0; i < m.retaken_size(); ++i) {
+    const std::string at = field(*s, "retaken[" + std::to_string(i) + "]");
+    s->retaken.push_back(checked_frame(m.retaken(i), *s, at));
   }
 }
 

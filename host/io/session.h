@@ -63,6 +63,7 @@ struct Session {
   Mat33d projector_to_led = Mat33d::eye();
   Patterns patterns;
   std::vector<Frame> frames;
+  std::vector<Frame> retaken;             // replaced by frames of the same burst: to look at
   std::string regions_file;               // empty: none
   std::vector<std::string> region_names;  // names[label], names[0] is the background
   std::vector<std::string> warnings;      // unknown fields and the like, one line each

@@ -91,6 +91,26 @@ TEST_F(Receive, MarksThePhotographsThatAnEdgeCameTooLateFor) {
   EXPECT_EQ(receive(rig).marked.size(), 1u);
 }
 
+TEST_F(Receive, KeepsWhatTheRigTookAgainBesideTheFrames) {
+  FakeRig rig;
+  load_burst(&rig, kSize);
+  testing::FakePhotograph late = testing::fake_photograph(99, kSize);
+  late.offer.mutable_frame()->set_step(18);
+  late.offer.mutable_frame()->set_index(2);
+  late.offer.mutable_frame()->set_shot(5);
+  late.offer.mutable_frame()->set_replaced_by(20);
+  late.offer.set_marked(true);
+  rig.add(late);
+  const Reception reception = receive(rig);
+  EXPECT_TRUE(reception.marked.empty());
+  EXPECT_EQ(reception.retaken.size(), 1u);
+  const Session session = read_session(folder_.path());
+  EXPECT_EQ(session.frames.size(), 40u);
+  ASSERT_EQ(session.retaken.size(), 1u);
+  EXPECT_EQ(session.retaken[0].file, "frames/retaken/left/18_stripes_2_cross_shot_5.exr");
+  EXPECT_TRUE(fs::exists(folder_.path() / session.retaken[0].file));
+}
+
 TEST_F(Receive, RefusesAPhotographOfAnotherSizeThanTheCalibrationSays) {
   FakeRig rig;
   load_burst(&rig, kSize);

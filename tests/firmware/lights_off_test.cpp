@@ -34,7 +34,10 @@ class Stage {
     session_init(&session, &rig, &sim.hal, &store);
     EXPECT_EQ(session_request_burst(&session, true), LAM_OK) << session.refusal;
   }
-  ~Stage() { sim.hal.close(&sim); }
+  ~Stage() {
+    session_close(&session);
+    sim.hal.close(&sim);
+  }
 
   double now_us() { return sim.hal.now_us(&sim); }
   // The clock goes on and nobody watches: the sequencer does not get the processor.
@@ -168,9 +171,9 @@ TEST(LightsOff, WhereASequencerThatStalledCouldHaveLeftLedsLitForTooLong) {
 
 TEST(LightsOff, AndStayOffWhereTheEdgeThatWouldLightThemIsTooLate) {
   Stage stage;
-  struct player& player = stage.session.player;
+  struct player& player = stage.session.roll.takes[0].player;
   stage.play_until([&] {
-    const edge& next = stage.session.timeline.edges[player.next];
+    const edge& next = stage.session.roll.takes[0].timeline.edges[player.next];
     return stage.session.playing && next.line == EDGE_BLANK && next.value == 0;
   });
   const size_t pulses = stage.sim.light.pulse_count;
@@ -184,7 +187,7 @@ TEST(LightsOff, OnlyBeyondTheLimit) {
   Stage within({"late-blank:9000"}), beyond({"late-blank:11000"});
   while (within.is_under_way()) within.turn();
   EXPECT_EQ(within.session.state, lamella_v1_RigState_RUNNING) << "marked when it is over";
-  EXPECT_GT(within.session.player.late_count, 0u);
+  EXPECT_GT(within.session.roll.takes[0].player.late_count, 0u);
   while (beyond.is_under_way()) beyond.turn();
   EXPECT_EQ(beyond.session.state, lamella_v1_RigState_FAULT);
   EXPECT_FALSE(beyond.is_lit());
@@ -195,5 +198,5 @@ TEST(LightsOff, ABurstWithoutACauseIsPlayedToItsEnd) {
   while (stage.is_under_way()) stage.turn();
   EXPECT_EQ(stage.session.state, lamella_v1_RigState_RUNNING) << stage.session.fault;
   EXPECT_EQ(stage.sim.light.pulse_count, 8u);
-  EXPECT_EQ(stage.session.player.late_count, 0u);
+  EXPECT_EQ(stage.session.roll.takes[0].player.late_count, 0u);
 }

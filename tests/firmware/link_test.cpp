@@ -35,6 +35,11 @@ class Link : public ::testing::Test {
     };
   }
 
+  void TearDown() override {
+    session_close(&session);
+    sim.hal.close(&sim);
+  }
+
   bool answer(const std::vector<uint8_t>& message) {
     replies.clear();
     return link_answer(&dialogue, message.data(), message.size());

@@ -112,8 +112,8 @@ TEST_F(Rigd, BurstSurvivesTheLossOfItsHost) {
            status.state == lamella_v1_RigState_RUNNING);
   EXPECT_EQ(status.burst_id, accepted.body.accepted.burst_id);
   if (status.state == lamella_v1_RigState_IDLE) {
-    EXPECT_EQ(status.frames_held, 40u);
-  } else {  // a machine too busy for the real clock says so
+    EXPECT_GE(status.frames_held, 40u);  // and what such a machine made be retaken
+  } else {                               // a machine too busy for the real clock says so
     EXPECT_STRNE(status.fault, "");
   }
 }

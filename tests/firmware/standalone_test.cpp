@@ -32,7 +32,10 @@ struct Bench {
     standalone_init(&alone, &session, &selftest, SELFTEST_ALL);
     alone.has_button = true;
   }
-  ~Bench() { sim.hal.close(&sim); }
+  ~Bench() {
+    session_close(&session);
+    sim.hal.close(&sim);
+  }
 
   double now_us() { return sim.hal.now_us(&sim); }
 
@@ -113,7 +116,7 @@ TEST(Standalone, ButtonToSessionWithNoHost) {
 
   bench.run_until(STANDALONE_BURST);
   while (bench.session.state != lamella_v1_RigState_RUNNING) bench.pass();
-  const double zero_us = bench.session.player.zero_us;
+  const double zero_us = bench.session.roll.takes[0].player.zero_us;
   while (bench.session.playing) bench.pass();
   bench.expect_shown(PANEL_BURST);
   for (double t_us = zero_us; t_us < bench.now_us(); t_us += 5e3) {

@@ -52,20 +52,26 @@ static void set_up(struct session* session, struct dialogue* dialogue) {
   dialogue->send = count_reply;
 }
 
+static void converse(struct session* session, struct dialogue* dialogue, const uint8_t* bytes,
+                     size_t size) {
+  while (size >= WIRE_LENGTH_BYTES) {
+    size_t length = 0;
+    if (!wire_get_length(bytes, &length) || length > size - WIRE_LENGTH_BYTES) return;
+    replies = 0;
+    const bool keep = link_answer(dialogue, bytes + WIRE_LENGTH_BYTES, length);
+    if (replies == 0) abort();
+    for (int i = 0; i < 10 && session_work(session); i++) link_tell_news(dialogue);
+    if (!keep) return;
+    bytes += WIRE_LENGTH_BYTES + length;
+    size -= WIRE_LENGTH_BYTES + length;
+  }
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t* bytes, size_t size) {
   static struct session session;
   static struct dialogue dialogue;
   set_up(&session, &dialogue);
-  while (size >= WIRE_LENGTH_BYTES) {
-    size_t length = 0;
-    if (!wire_get_length(bytes, &length) || length > size - WIRE_LENGTH_BYTES) return 0;
-    replies = 0;
-    const bool keep = link_answer(&dialogue, bytes + WIRE_LENGTH_BYTES, length);
-    if (replies == 0) abort();
-    for (int i = 0; i < 10 && session_work(&session); i++) link_tell_news(&dialogue);
-    if (!keep) return 0;
-    bytes += WIRE_LENGTH_BYTES + length;
-    size -= WIRE_LENGTH_BYTES + length;
-  }
+  converse(&session, &dialogue, bytes, size);
+  session_close(&session);
   return 0;
 }
