@@ -9,3 +9,5 @@ set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)
 set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)
 set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE ONLY)
 set(CMAKE_TRY_COMPILE_PLATFORM_VARIABLES LAMELLA_ARM64_ROOT)
+# Headers that are the architecture's own (OpenSSL's) are found by a compiler that is at home there.
+include_directories(SYSTEM ${LAMELLA_ARM64_ROOT}/usr/include/aarch64-linux-gnu)
