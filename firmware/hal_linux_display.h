@@ -28,7 +28,7 @@ struct linux_display {
   // The flip under way, and the vblank before it.
   struct hal_pattern pattern;
   bool pending, broken;
-  uint32_t asked_sequence, sequence;
+  uint32_t sequence;
   double vblank_us;
 };
 
@@ -42,8 +42,8 @@ enum lam_status linux_display_commit(struct linux_display* display, struct hal_p
                                      double* at_us);
 
 // Once true after each commit, with the vblank's own time (CLOCK_MONOTONIC): a flip that missed its
-// vblank is late by that, and `error` says so. Where vblanks were lost on the way it is not true,
-// and the next commit fails with the reason: nobody knows what was shown then.
+// vblank tells the later one. Where vblanks were lost on the way it is not true, and the next
+// commit fails with the reason: nobody knows what was shown then.
 bool linux_display_flipped(struct linux_display* display, double* at_us);
 
 // Returns at a vblank, from which on vblanks are counted: it comes before a burst's first flip. A

@@ -312,11 +312,6 @@ int drmModeAtomicCommit(int, const drmModeAtomicReqPtr request, uint32_t flags, 
   return 0;
 }
 
-int drmCrtcGetSequence(int, uint32_t, uint64_t* sequence, uint64_t* at_ns) {
-  *sequence = kernel.sequence;
-  *at_ns = kernel.now_us * 1000;
-  return kernel.fails("sequence") ? -1 : 0;
-}
 int drmWaitVBlank(int, drmVBlankPtr wait) {
   if (kernel.fails("wait")) return -1;
   kernel.vblank();

@@ -137,13 +137,12 @@ TEST_F(LinuxDisplay, FlipsAtTheNextVblankAndSaysWhenOnce) {
   EXPECT_STREQ(display_.error, "");
 }
 
-TEST_F(LinuxDisplay, AFlipThatMissesItsVblankSaysSoAndTellsItsRealTime) {
+TEST_F(LinuxDisplay, AFlipThatMissesItsVblankTellsTheLaterOne) {
   open_and_count();
   ASSERT_EQ(commit(lamella_v1_PatternSpan_Kind_STRIPES, 1), LAM_OK);
   kernel.vblank(2, 2);
   ASSERT_TRUE(linux_display_flipped(&display_, &at_us_));
   EXPECT_DOUBLE_EQ(at_us_, static_cast<double>(kernel.now_us));
-  EXPECT_STREQ(display_.error, "stripes 1 was shown 1 refreshes late");
   EXPECT_EQ(commit(lamella_v1_PatternSpan_Kind_WHITE), LAM_OK);
 }
 
@@ -154,7 +153,7 @@ TEST_F(LinuxDisplay, AGapInTheVblanksIsAFaultUntilTheyAreCountedAnew) {
   EXPECT_FALSE(linux_display_flipped(&display_, &at_us_));
   EXPECT_EQ(commit(lamella_v1_PatternSpan_Kind_WHITE), LAM_HARDWARE);
   EXPECT_STREQ(display_.error,
-               "the projector's vblanks: 1 counted in 33439 us, 16720 us each: some were lost");
+               "the flip to dots: 1 vblanks counted in 33439 us, 16720 us each: some were lost");
   ASSERT_EQ(linux_display_next_vblank(&display_, &at_us_), LAM_OK);
   EXPECT_EQ(commit(lamella_v1_PatternSpan_Kind_WHITE), LAM_OK);
 }
@@ -190,9 +189,6 @@ TEST_F(LinuxDisplay, AFlipThatNeverHappensIsAFault) {
 
 TEST_F(LinuxDisplay, EveryCallThatFailsDuringABurstSaysWhat) {
   open_and_count();
-  kernel.failing = {"sequence"};
-  EXPECT_EQ(commit(lamella_v1_PatternSpan_Kind_WHITE), LAM_HARDWARE);
-  EXPECT_STREQ(display_.error, "counting the projector's vblanks: Invalid argument");
   kernel.failing = {"add property"};
   EXPECT_EQ(commit(lamella_v1_PatternSpan_Kind_WHITE), LAM_HARDWARE);
   EXPECT_STREQ(display_.error, "white: Cannot allocate memory");
