@@ -30,38 +30,30 @@ std::string own_name() {
 }
 
 // A connection for nothing but pairing.
-class Conversation {
- public:
-  Conversation(std::string address, TlsOptions tls, PairingOptions options)
-      : address_(std::move(address)), options_(std::move(options)) {
-    socket_.set_interrupted(options_.interrupted);
-    const Deadline end = deadline_in(options_.connect_s);
-    Break broken = socket_.connect_tcp(address_, end);
-    if (!broken) broken = socket_.start_tls(std::move(tls), end);
-    if (broken)
-      fail(address_, "cannot be paired with (" + *broken + ")",
-           "is lamella-rigd running there, with --state?");
-  }
+Socket connect(const std::string& address, TlsOptions tls, const PairingOptions& options) {
+  Socket socket;
+  socket.set_interrupted(options.interrupted);
+  const Deadline end = deadline_in(options.connect_s);
+  Break broken = socket.connect_tcp(address, end);
+  if (!broken) broken = socket.start_tls(std::move(tls), end);
+  if (!broken) return socket;
+  fail(address, "cannot be paired with (" + *broken + ")",
+       "is lamella-rigd running there, with --state?");
+}
+
+struct Conversation {
+  Socket socket;
+  std::string address;
 
   v1::PairReply ask(const v1::PairRequest& request, double patience_s) {
     v1::PairReply reply;
-    Break broken = socket_.send(request, deadline_in(patience_s));
-    if (!broken) broken = socket_.receive(&reply, deadline_in(patience_s));
-    if (broken) fail(address_, "pairing broke off (" + *broken + ")", "start again");
-    if (reply.has_refusal()) {
-      fail(address_, "refused to pair (" + v1::PairRefusal::Code_Name(reply.refusal().code()) +
-                         "): " + reply.refusal().reason());
-    }
-    return reply;
+    Break broken = socket.send(request, deadline_in(patience_s));
+    if (!broken) broken = socket.receive(&reply, deadline_in(patience_s));
+    if (broken) fail(address, "pairing broke off (" + *broken + ")", "start again");
+    if (!reply.has_refusal()) return reply;
+    fail(address, "refused to pair (" + v1::PairRefusal::Code_Name(reply.refusal().code()) +
+                      "): " + reply.refusal().reason());
   }
-
-  const Tls& tls() const { return *socket_.tls(); }
-  const std::string& address() const { return address_; }
-
- private:
-  std::string address_;
-  PairingOptions options_;
-  Socket socket_;
 };
 
 std::vector<int> digits_of(const std::string& text) {
@@ -78,7 +70,7 @@ std::vector<int> digits_of(const std::string& text) {
 // Both ends commit themselves to a digit, then open that: neither can copy the other's.
 void prove_digit(Conversation* rig, PairSecret secret, double patience_s) {
   if (RAND_bytes(secret.nonce.data(), int(secret.nonce.size())) != 1) {
-    fail(rig->address(), "this host has no random numbers");
+    fail(rig->address, "this host has no random numbers");
   }
   const auto commitment = pair_commitment(secret, false);
   v1::PairRequest request;
@@ -86,12 +78,12 @@ void prove_digit(Conversation* rig, PairSecret secret, double patience_s) {
   const std::string promised = rig->ask(request, patience_s).commit().commitment();
   request.mutable_reveal()->set_nonce(secret.nonce.data(), secret.nonce.size());
   const std::string opened = rig->ask(request, patience_s).reveal().nonce();
-  if (opened.size() != secret.nonce.size()) fail(rig->address(), "did not open its commitment");
+  if (opened.size() != secret.nonce.size()) fail(rig->address, "did not open its commitment");
   std::copy(opened.begin(), opened.end(), secret.nonce.begin());
   const auto expected = pair_commitment(secret, true);
   if (promised.size() != expected.size() ||
       CRYPTO_memcmp(promised.data(), expected.data(), expected.size()) != 0) {
-    fail(rig->address(), "does not know the code that the rig blinks: somebody is in between",
+    fail(rig->address, "does not know the code that the rig blinks: somebody is in between",
          "pair on a network of your own");
   }
 }
@@ -109,33 +101,39 @@ std::array<uint8_t, 32> pair_commitment(const PairSecret& secret, bool of_rig) {
   return hash;
 }
 
-KnownRig pair_with_rig(const std::string& address, std::shared_ptr<const Identity> identity,
-                       const PairingOptions& options) {
-  const TlsOptions tls{identity, kPairProtocol, [](const Fingerprint&) { return true; }};
-  Conversation rig(address, tls, options);
+std::string hold_ceremony(Socket socket, const std::string& address, PairSecret secret,
+                          const PairingOptions& options) {
+  Conversation rig{std::move(socket), address};
   v1::PairRequest request;
   request.mutable_open()->set_protocol_version(kPairVersion);
   request.mutable_open()->set_host_name(own_name());
   request.mutable_open()->set_wait_s(options.wait_s);
   const v1::PairReply reply = rig.ask(request, options.wait_s + options.reply_s);
   if (!reply.has_ready()) fail(address, "answered a request to pair with something else");
-  PairSecret secret;
-  secret.channel = rig.tls().channel();
-  secret.host = identity->fingerprint();
-  secret.rig = rig.tls().peer();
   for (const int digit : digits_of(options.read_code())) {
     secret.digit = digit;
     prove_digit(&rig, secret, options.reply_s);
     ++secret.place;
   }
-  return {secret.rig, address, reply.ready().rig_name()};
+  return reply.ready().rig_name();
+}
+
+KnownRig pair_with_rig(const std::string& address, std::shared_ptr<const Identity> identity,
+                       const PairingOptions& options) {
+  const TlsOptions tls{identity, kPairProtocol, [](const Fingerprint&) { return true; }};
+  Socket socket = connect(address, tls, options);
+  PairSecret secret;
+  secret.channel = socket.tls()->channel();
+  secret.host = identity->fingerprint();
+  secret.rig = socket.tls()->peer();
+  return {secret.rig, address, hold_ceremony(std::move(socket), address, secret, options)};
 }
 
 bool be_forgotten(const std::string& address, std::shared_ptr<const Identity> identity,
                   const Fingerprint& rig, const PairingOptions& options) {
   const TlsOptions tls{std::move(identity), kPairProtocol,
                        [rig](const Fingerprint& peer) { return peer == rig; }};
-  Conversation conversation(address, tls, options);
+  Conversation conversation{connect(address, tls, options), address};
   v1::PairRequest request;
   request.mutable_forget();
   const v1::PairReply reply = conversation.ask(request, options.reply_s);

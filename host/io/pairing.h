@@ -39,4 +39,9 @@ struct PairSecret {
 };
 std::array<uint8_t, 32> pair_commitment(const PairSecret& secret, bool of_rig);
 
+// What pair_with_rig() does once there is a connection; the rig's name. `secret` has the channel
+// and both keys.
+std::string hold_ceremony(Socket socket, const std::string& address, PairSecret secret,
+                          const PairingOptions& options);
+
 }  // namespace lamella
