@@ -45,6 +45,41 @@ static bool send_to_host(void* context, const lamella_v1_Reply* reply) {
          send_frame(server, &server->host, lamella_v1_Reply_fields, reply);
 }
 
+// Everything of a chunk's frame that comes before its data, as nanopb would write it: data is the
+// last field of the last field. 0 where it cannot be.
+static size_t encode_chunk_prefix(uint8_t* frame, size_t room, const lamella_v1_Reply* reply,
+                                  size_t data_size) {
+  uint8_t fields[128];
+  pb_ostream_t inner = pb_ostream_from_buffer(fields, sizeof fields);
+  pb_ostream_t out = pb_ostream_from_buffer(frame + WIRE_LENGTH_BYTES, room - WIRE_LENGTH_BYTES);
+  const bool encoded =
+      pb_encode(&inner, lamella_v1_Chunk_fields, &reply->body.chunk) &&
+      (data_size == 0 || (pb_encode_tag(&inner, PB_WT_STRING, lamella_v1_Chunk_data_tag) &&
+                          pb_encode_varint(&inner, data_size))) &&
+      pb_encode_tag(&out, PB_WT_VARINT, lamella_v1_Reply_request_id_tag) &&
+      pb_encode_varint(&out, reply->request_id) &&
+      pb_encode_tag(&out, PB_WT_STRING, lamella_v1_Reply_chunk_tag) &&
+      pb_encode_varint(&out, inner.bytes_written + data_size) &&
+      pb_write(&out, fields, inner.bytes_written);
+  if (!encoded) return 0;
+  wire_put_length(frame, out.bytes_written + data_size);
+  return WIRE_LENGTH_BYTES + out.bytes_written;
+}
+
+// The prefix and as much data as a TLS record takes beside it, then the rest from where it lies.
+static bool send_chunk_to_host(void* context, const lamella_v1_Reply* reply, const uint8_t* data,
+                               size_t size) {
+  enum { RECORD_BYTES = 16384 };
+  struct link_server* server = context;
+  uint8_t* frame = server->outgoing;
+  const size_t prefix = encode_chunk_prefix(frame, RECORD_BYTES, reply, size);
+  if (prefix == 0 || server->host.socket < 0) return false;
+  const size_t room = RECORD_BYTES - prefix, first = size < room ? size : room;
+  memcpy(frame + prefix, data, first);
+  return link_stream_write(&server->host, frame, prefix + first, kSendTimeoutMs) &&
+         link_stream_write(&server->host, data + first, size - first, kSendTimeoutMs);
+}
+
 static bool send_to_pairing(void* context, const lamella_v1_PairReply* reply) {
   struct link_server* server = context;
   return server->pairing.socket >= 0 &&
@@ -271,6 +306,7 @@ static void rest_between_edges(struct link_server* server, struct session* sessi
 void link_serve(struct link_server* server, struct session* session, volatile sig_atomic_t* stop) {
   server->dialogue.session = session;
   server->dialogue.send = send_to_host;
+  server->dialogue.send_chunk = send_chunk_to_host;
   server->dialogue.context = server;
   bool working = false;
   while (!*stop) {

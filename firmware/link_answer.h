@@ -17,6 +17,9 @@ struct dialogue {
   const uint8_t* calibration;  // opaque bytes
   size_t calibration_size;
   bool (*send)(void* context, const lamella_v1_Reply* reply);  // false: the host is gone
+  // The same for a chunk whose data lies elsewhere and is not to be copied. NULL: send() takes all.
+  bool (*send_chunk)(void* context, const lamella_v1_Reply* reply, const uint8_t* data,
+                     size_t size);
   void* context;
   bool greeted;
   lamella_v1_Reply reply;  // kept here as it is too large for a small stack

@@ -148,32 +148,43 @@ struct blob {
   size_t size;
 };
 
-static size_t copy_part(struct store* store, const struct blob* blob, size_t offset, uint8_t* to,
-                        size_t room) {
+// With its prefix a chunk of so many fills two TLS records, and leaves no stub of a third.
+static const size_t kChunkBytes = 32640;
+
+// Where the next part lies: in memory, or read from the disk into `room`. NULL where the disk does
+// not give what it took.
+static const uint8_t* find_part(struct store* store, const struct blob* blob, size_t offset,
+                                uint8_t* room, size_t* size) {
   const size_t rest = blob->size - offset;
-  const size_t size = rest < room ? rest : room;
-  if (blob->bytes == NULL) {
-    return store_read(store, blob->burst_id, blob->frame_id, offset, to, size);
-  }
-  memcpy(to, blob->bytes + offset, size);
-  return size;
+  *size = rest < kChunkBytes ? rest : kChunkBytes;
+  if (blob->bytes != NULL) return blob->bytes + offset;
+  if (*size > 0) *size = store_read(store, blob->burst_id, blob->frame_id, offset, room, *size);
+  return *size > 0 || rest == 0 ? room : NULL;
 }
 
-// False where the host is gone, or the disk does not give what it took: the connection is closed.
-static bool send_chunk(struct dialogue* dialogue, uint32_t id, const struct blob* blob,
-                       size_t offset, uint32_t sequence) {
-  lamella_v1_Chunk* chunk = &link_begin(dialogue, id, lamella_v1_Reply_chunk_tag)->body.chunk;
-  chunk->burst_id = blob->burst_id;
-  chunk->frame_id = blob->frame_id;
-  chunk->sequence = sequence;
-  chunk->offset_bytes = (uint32_t)offset;
-  chunk->total_bytes = (uint32_t)blob->size;
-  const size_t size = copy_part(dialogue->session->store, blob, offset, chunk->data.bytes,
-                                sizeof chunk->data.bytes);
-  if (size == 0 && offset < blob->size) return false;
+// What a chunk carries is not copied where the connection can do without.
+static bool send_part(struct dialogue* dialogue, const uint8_t* part, size_t size) {
+  lamella_v1_Chunk* chunk = &dialogue->reply.body.chunk;
+  if (dialogue->send_chunk != NULL) {
+    return dialogue->send_chunk(dialogue->context, &dialogue->reply, part, size);
+  }
+  if (part != chunk->data.bytes) memcpy(chunk->data.bytes, part, size);
   chunk->data.size = (pb_size_t)size;
-  chunk->crc32c = crc32c_extend(0, chunk->data.bytes, size);
   return link_send(dialogue);
+}
+
+// False where the host is gone, or the disk failed: the connection is closed.
+static bool send_chunk(struct dialogue* dialogue, const struct blob* blob, size_t* offset) {
+  lamella_v1_Chunk* chunk = &dialogue->reply.body.chunk;
+  size_t size = 0;
+  chunk->data.size = 0;
+  const uint8_t* part =
+      find_part(dialogue->session->store, blob, *offset, chunk->data.bytes, &size);
+  if (part == NULL) return false;
+  chunk->offset_bytes = (uint32_t)*offset;
+  chunk->crc32c = crc32c_extend(0, part, size);
+  *offset += size;
+  return send_part(dialogue, part, size);
 }
 
 // Chunks from the offset asked for to the end; one empty chunk where nothing is left.
@@ -182,10 +193,13 @@ static bool send_blob(struct dialogue* dialogue, uint32_t id, const struct blob*
   if (offset > blob->size) {
     return link_refuse(dialogue, id, CODE(BAD_REQUEST), "offset_bytes lies beyond the end");
   }
-  uint32_t sequence = 0;
+  lamella_v1_Chunk* chunk = &link_begin(dialogue, id, lamella_v1_Reply_chunk_tag)->body.chunk;
+  chunk->burst_id = blob->burst_id;
+  chunk->frame_id = blob->frame_id;
+  chunk->total_bytes = (uint32_t)blob->size;
   do {
-    if (!send_chunk(dialogue, id, blob, offset, sequence++)) return false;
-    offset += dialogue->reply.body.chunk.data.size;
+    if (!send_chunk(dialogue, blob, &offset)) return false;
+    chunk->sequence++;
   } while (offset < blob->size);
   return true;
 }

@@ -42,11 +42,71 @@ uint32_t fold_eight(uint32_t crc, const unsigned char* bytes) {
   return crc;
 }
 
+#if defined(__x86_64__)
+
+// The processor's own instruction takes eight bytes every three cycles, and can do three sums at
+// once: each block of three is summed from 0, and moved past the next ones by a table.
+constexpr size_t kBlock = 1360;
+
+using PastBlock = std::array<std::array<uint32_t, 256>, 4>;
+
+// What a sum becomes when a block of zeros follows is linear in its bits.
+PastBlock make_past_block() {
+  PastBlock past;
+  for (uint32_t k = 0; k < 4; ++k) {
+    for (uint32_t i = 0; i < 256; ++i) {
+      uint32_t crc = i << (8 * k);
+      for (size_t zero = 0; zero < kBlock; ++zero) crc = (crc >> 8) ^ kTables[0][crc & 0xff];
+      past[k][i] = crc;
+    }
+  }
+  return past;
+}
+
+uint32_t move_past_block(uint32_t crc) {
+  static const PastBlock past = make_past_block();
+  return past[0][crc & 0xff] ^ past[1][(crc >> 8) & 0xff] ^ past[2][(crc >> 16) & 0xff] ^
+         past[3][crc >> 24];
+}
+
+__attribute__((target("sse4.2"))) uint64_t sum_eight(uint64_t crc, const unsigned char* bytes) {
+  uint64_t word;
+  std::memcpy(&word, bytes, 8);
+  return __builtin_ia32_crc32di(crc, word);
+}
+
+__attribute__((target("sse4.2"))) uint32_t sum_blocks(uint32_t crc, const unsigned char* bytes) {
+  uint64_t first = crc, second = 0, third = 0;
+  for (size_t at = 0; at < kBlock; at += 8) {
+    first = sum_eight(first, bytes + at);
+    second = sum_eight(second, bytes + kBlock + at);
+    third = sum_eight(third, bytes + 2 * kBlock + at);
+  }
+  return move_past_block(move_past_block(uint32_t(first)) ^ uint32_t(second)) ^ uint32_t(third);
+}
+
+// As many bytes as make whole threes of blocks.
+size_t sum_by_hardware(uint32_t* crc, const unsigned char* bytes, size_t size) {
+  size_t done = 0;
+  if (!__builtin_cpu_supports("sse4.2")) return done;
+  for (; size - done >= 3 * kBlock; done += 3 * kBlock) *crc = sum_blocks(*crc, bytes + done);
+  return done;
+}
+
+#else
+
+size_t sum_by_hardware(uint32_t*, const unsigned char*, size_t) { return 0; }
+
+#endif
+
 }  // namespace
 
 uint32_t crc32c(const void* data, size_t size, uint32_t previous) {
   const unsigned char* bytes = static_cast<const unsigned char*>(data);
   uint32_t crc = ~previous;
+  const size_t done = sum_by_hardware(&crc, bytes, size);
+  bytes += done;
+  size -= done;
   for (; size >= 8; size -= 8, bytes += 8) crc = fold_eight(crc, bytes);
   for (; size > 0; --size, ++bytes) crc = (crc >> 8) ^ kTables[0][(crc ^ *bytes) & 0xff];
   return ~crc;

@@ -29,6 +29,7 @@ struct LinkClient::Blob {
   v1::BlobQuery query;
   size_t total = 0;  // 0: the first chunk says
   std::vector<uint8_t> bytes;
+  uint32_t crc32c = 0;  // of them
 };
 
 std::string describe(const v1::FrameOffer& offer) {
@@ -248,7 +249,7 @@ Break LinkClient::list_offers(const Burst& burst, std::vector<v1::FrameOffer>* o
 }
 
 std::string LinkClient::calibration() {
-  Blob blob{"its calibration", {}, 0, {}};
+  Blob blob{"its calibration", {}, 0, {}, 0};
   blob.query.set_kind(v1::BlobQuery::CALIBRATION);
   fetch(&blob);
   return {blob.bytes.begin(), blob.bytes.end()};
@@ -256,14 +257,12 @@ std::string LinkClient::calibration() {
 
 std::vector<uint8_t> LinkClient::photograph(const v1::FrameOffer& offer) {
   for (int attempt = 0; attempt <= options_.retries; ++attempt) {
-    Blob blob{describe(offer), {}, offer.size_bytes(), {}};
+    Blob blob{describe(offer), {}, offer.size_bytes(), {}, 0};
     blob.query.set_kind(v1::BlobQuery::PHOTOGRAPH);
     blob.query.set_burst_id(offer.burst_id());
     blob.query.set_frame_id(offer.frame_id());
     fetch(&blob);
-    if (crc32c(blob.bytes.data(), blob.bytes.size()) == offer.crc32c()) {
-      return std::move(blob.bytes);
-    }
+    if (blob.crc32c == offer.crc32c()) return std::move(blob.bytes);
   }
   fail(describe(offer) + " has another CRC32C than the rig announced, each time it was sent",
        "the rig's memory or disk is damaged");
@@ -290,23 +289,43 @@ Break LinkClient::continue_blob(Blob* blob) {
   return {};
 }
 
+// The next reply, which is to be a chunk; `reply` is where it lies if libprotobuf had to read it.
+Break LinkClient::receive_chunk(ChunkView* chunk, v1::Reply* reply) {
+  std::span<const uint8_t> message;
+  if (Break broken = socket_.receive(&message, deadline_in(options_.reply_s))) return broken;
+  if (view_chunk(message, chunk)) return {};
+  if (!reply->ParseFromArray(message.data(), int(message.size()))) return "sent what is no message";
+  chunk->request_id = reply->request_id();
+  if (reply->request_id() == request_id_ || reply->request_id() == 0) throw_refusal(*reply);
+  if (reply->request_id() != request_id_) return {};
+  if (!reply->has_chunk()) return "something else came instead of a chunk";
+  const v1::Chunk& c = reply->chunk();
+  const auto* data = reinterpret_cast<const uint8_t*>(c.data().data());
+  *chunk = {reply->request_id(), c.frame_id(), c.sequence(),           c.offset_bytes(),
+            c.total_bytes(),     c.crc32c(),   {data, c.data().size()}};
+  return {};
+}
+
 // A chunk that is not exactly the next one is as good as a broken connection.
 Break LinkClient::next_chunk(Blob* blob, uint32_t sequence) {
   v1::Reply reply;
-  if (Break broken = next_answer(&reply)) return broken;
-  if (!reply.has_chunk()) return "something else came instead of a chunk";
-  const v1::Chunk& chunk = reply.chunk();
-  if (blob->total == 0) blob->total = chunk.total_bytes();
+  ChunkView chunk;
+  do {  // an event may come first
+    if (Break broken = receive_chunk(&chunk, &reply)) return broken;
+  } while (chunk.request_id != request_id_);
+  if (blob->total == 0) blob->total = chunk.total_bytes;
   if (blob->total > kMaxBlobBytes) fail(blob->name + " has " + number(blob->total) + " bytes");
-  if (chunk.total_bytes() != blob->total) return "a chunk of something of another size";
-  if (chunk.frame_id() != blob->query.frame_id()) return "a chunk of another frame";
-  if (chunk.sequence() != sequence || chunk.offset_bytes() != blob->bytes.size()) {
+  if (chunk.total_bytes != blob->total) return "a chunk of something of another size";
+  if (chunk.frame_id != blob->query.frame_id()) return "a chunk of another frame";
+  if (chunk.sequence != sequence || chunk.offset_bytes != blob->bytes.size()) {
     return "a chunk out of sequence";
   }
-  const std::string& data = chunk.data();
+  const std::span<const uint8_t> data = chunk.data;
   if (data.empty() || data.size() > blob->total - blob->bytes.size()) return "a chunk of no use";
-  if (crc32c(data.data(), data.size()) != chunk.crc32c()) return "a damaged chunk";
+  if (crc32c(data.data(), data.size()) != chunk.crc32c) return "a damaged chunk";
+  if (blob->bytes.empty()) blob->bytes.reserve(blob->total);
   blob->bytes.insert(blob->bytes.end(), data.begin(), data.end());
+  blob->crc32c = crc32c(data.data(), data.size(), blob->crc32c);  // while it is at hand
   return {};
 }
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "io/chunk_view.h"
 #include "io/wire.h"
 #include "link.pb.h"
 
@@ -95,6 +96,7 @@ class LinkClient {
   Break list_offers(const Burst& burst, std::vector<v1::FrameOffer>* offers);
   void fetch(Blob* blob);
   Break continue_blob(Blob* blob);
+  Break receive_chunk(ChunkView* chunk, v1::Reply* reply);
   Break next_chunk(Blob* blob, uint32_t sequence);
   Break more_edges(const Burst& burst, v1::TimingEdges* timing);
   [[noreturn]] void fail(const std::string& problem, const std::string& remedy = "") const;

@@ -18,6 +18,7 @@ namespace {
 
 constexpr char kExporterLabel[] = "EXPORTER-lamella-link";
 constexpr long kMaxCertificateBytes = 4096;
+constexpr size_t kReadAheadBytes = 128 << 10;
 
 // OpenSSL's own socket BIO would raise SIGPIPE; this one does not.
 int bio_write(BIO* bio, const char* bytes, int count) {
@@ -53,6 +54,9 @@ bool set_up(SSL_CTX* context, const TlsOptions& options) {
   SSL_CTX_set_options(context, SSL_OP_NO_TICKET | SSL_OP_NO_COMPRESSION | SSL_OP_NO_RENEGOTIATION);
   SSL_CTX_set_session_cache_mode(context, SSL_SESS_CACHE_OFF);
   SSL_CTX_set_max_cert_list(context, kMaxCertificateBytes);
+  // One call to the kernel for several records.
+  SSL_CTX_set_read_ahead(context, 1);
+  SSL_CTX_set_default_read_buffer_len(context, kReadAheadBytes);
   SSL_CTX_set_mode(context, SSL_MODE_ENABLE_PARTIAL_WRITE | SSL_MODE_ACCEPT_MOVING_WRITE_BUFFER);
   const std::string alpn = char(options.protocol.size()) + options.protocol;
   return SSL_CTX_set_min_proto_version(context, TLS1_3_VERSION) == 1 &&

@@ -9,7 +9,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstring>
 #include <memory>
@@ -23,6 +22,8 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 
+constexpr size_t kPrefixBytes = 4;
+constexpr size_t kBufferBytes = 2 * (kPrefixBytes + kMaxWireBytes);
 constexpr milliseconds kSlice{100};  // between two looks at `interrupted`
 
 Break failed(const char* what) { return std::string(what) + ": " + std::strerror(errno); }
@@ -31,7 +32,7 @@ void put_length(uint32_t length, uint8_t* to) {
   for (int i = 0; i < 4; ++i) to[i] = uint8_t(length >> (8 * i));
 }
 
-uint32_t get_length(const std::array<uint8_t, 4>& from) {
+uint32_t get_length(const uint8_t* from) {
   return from[0] | uint32_t(from[1]) << 8 | uint32_t(from[2]) << 16 | uint32_t(from[3]) << 24;
 }
 
@@ -72,17 +73,24 @@ Socket::~Socket() { close(); }
 Socket::Socket(Socket&& other) noexcept
     : fd_(std::exchange(other.fd_, -1)),
       tls_(std::move(other.tls_)),
+      buffer_(std::move(other.buffer_)),
+      begin_(std::exchange(other.begin_, 0)),
+      end_(std::exchange(other.end_, 0)),
       interrupted_(std::move(other.interrupted_)) {}
 
 Socket& Socket::operator=(Socket&& other) noexcept {
   std::swap(fd_, other.fd_);
   std::swap(tls_, other.tls_);
+  std::swap(buffer_, other.buffer_);
+  std::swap(begin_, other.begin_);
+  std::swap(end_, other.end_);
   std::swap(interrupted_, other.interrupted_);
   return *this;
 }
 
 void Socket::close() {
   tls_.reset();
+  begin_ = end_ = 0;
   if (fd_ >= 0) ::close(fd_);
   fd_ = -1;
 }
@@ -154,13 +162,21 @@ Break Socket::receive_some(uint8_t* bytes, size_t room, Deadline deadline, size_
   return {};
 }
 
-Break Socket::receive_bytes(uint8_t* bytes, size_t size, Deadline deadline) {
+// Until `size` bytes lie at begin_. What comes with them stays for later.
+Break Socket::fill(size_t size, Deadline deadline) {
   if (fd_ < 0) return "not connected";
-  while (size > 0) {
+  if (buffer_.empty()) buffer_.resize(kBufferBytes);
+  if (begin_ == end_) begin_ = end_ = 0;
+  if (begin_ + size > buffer_.size()) {
+    std::memmove(buffer_.data(), buffer_.data() + begin_, end_ - begin_);
+    end_ -= begin_;
+    begin_ = 0;
+  }
+  while (end_ - begin_ < size) {
     size_t got = 0;
-    if (Break broken = receive_some(bytes, size, deadline, &got)) return broken;
-    bytes += got;
-    size -= got;
+    if (Break broken = receive_some(buffer_.data() + end_, buffer_.size() - end_, deadline, &got))
+      return broken;
+    end_ += got;
   }
   return {};
 }
@@ -174,17 +190,24 @@ Break Socket::send(const google::protobuf::MessageLite& message, Deadline deadli
   return send_bytes(bytes.data(), bytes.size(), deadline);
 }
 
-Break Socket::receive(google::protobuf::MessageLite* message, Deadline deadline) {
-  std::array<uint8_t, 4> prefix;
-  if (Break broken = receive_bytes(prefix.data(), prefix.size(), deadline)) return broken;
-  const uint32_t size = get_length(prefix);
+Break Socket::receive(std::span<const uint8_t>* message, Deadline deadline) {
+  if (Break broken = fill(kPrefixBytes, deadline)) return broken;
+  const uint32_t size = get_length(buffer_.data() + begin_);
   if (size == 0) return "announced a message of no bytes";
   if (size > kMaxWireBytes) {
     return "announced a message of " + std::to_string(size) + " bytes, over the limit of 65536";
   }
-  std::vector<uint8_t> bytes(size);
-  if (Break broken = receive_bytes(bytes.data(), size, deadline)) return broken;
-  if (!message->ParseFromArray(bytes.data(), int(size))) return "sent what is not a message";
+  if (Break broken = fill(kPrefixBytes + size, deadline)) return broken;
+  *message = {buffer_.data() + begin_ + kPrefixBytes, size};
+  begin_ += kPrefixBytes + size;
+  return {};
+}
+
+Break Socket::receive(google::protobuf::MessageLite* message, Deadline deadline) {
+  std::span<const uint8_t> bytes;
+  if (Break broken = receive(&bytes, deadline)) return broken;
+  if (!message->ParseFromArray(bytes.data(), int(bytes.size())))
+    return "sent what is not a message";
   return {};
 }
 

@@ -11,7 +11,9 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "io/tls.h"
 
@@ -46,6 +48,8 @@ class Socket {
 
   [[nodiscard]] Break send(const google::protobuf::MessageLite& message, Deadline deadline);
   [[nodiscard]] Break receive(google::protobuf::MessageLite* message, Deadline deadline);
+  // The bytes of one message, where they lie until the next call.
+  [[nodiscard]] Break receive(std::span<const uint8_t>* message, Deadline deadline);
 
   // Bytes that follow a message without a length of their own.
   [[nodiscard]] Break send_bytes(const uint8_t* bytes, size_t size, Deadline deadline);
@@ -55,7 +59,7 @@ class Socket {
 
  private:
   Break wait(short events, Deadline deadline);
-  Break receive_bytes(uint8_t* bytes, size_t size, Deadline deadline);
+  Break fill(size_t size, Deadline deadline);
   Break finish_connecting(Deadline deadline);
   Break wait_for(Tls::Progress progress, Deadline deadline);
   Break send_some(const uint8_t* bytes, size_t size, Deadline deadline, size_t* sent);
@@ -63,6 +67,9 @@ class Socket {
 
   int fd_ = -1;
   std::unique_ptr<Tls> tls_;
+  // Received and not yet given out: [begin_, end_) of the buffer.
+  std::vector<uint8_t> buffer_;
+  size_t begin_ = 0, end_ = 0;
   std::function<bool()> interrupted_;
 };
 

@@ -190,7 +190,7 @@ TEST_F(Link, PhotographIsFetchedFromAnyOffset) {
       at += chunk.data.size;
     }
     EXPECT_EQ(at, size);
-    EXPECT_EQ(replies.size(), std::max<size_t>(1, (size - offset + 32767) / 32768));
+    EXPECT_EQ(replies.size(), std::max<size_t>(1, (size - offset + 32639) / 32640));
   }
 }
 
