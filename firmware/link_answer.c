@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "link_held.h"
+#include "link_selftest.h"
 #include "pattern.h"
 
 #define CODE(name) lamella_v1_Refusal_Code_##name
@@ -112,6 +113,8 @@ static bool answer_request(struct dialogue* dialogue, const lamella_v1_Request* 
       return link_answer_bursts(dialogue, id);
     case lamella_v1_Request_burst_ack_tag:
       return link_answer_burst_ack(dialogue, id, request->body.burst_ack.burst_id);
+    case lamella_v1_Request_selftest_tag:
+      return link_answer_selftest(dialogue, id, &request->body.selftest);
     default:
       return link_refuse(dialogue, id, CODE(BAD_REQUEST), "a request that this rig does not know");
   }

@@ -8,6 +8,7 @@
 
 #include "proto/link.pb.h"
 #include "session.h"
+#include "standalone.h"
 
 enum { LINK_PROTOCOL_VERSION = 1 };
 
@@ -16,6 +17,7 @@ struct dialogue {
   struct session* session;
   const uint8_t* calibration;  // opaque bytes
   size_t calibration_size;
+  struct standalone* alone;                                    // NULL: nobody to test the rig
   bool (*send)(void* context, const lamella_v1_Reply* reply);  // false: the host is gone
   // The same for a chunk whose data lies elsewhere and is not to be copied. NULL: send() takes all.
   bool (*send_chunk)(void* context, const lamella_v1_Reply* reply, const uint8_t* data,

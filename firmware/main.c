@@ -11,18 +11,23 @@
 #include "link.h"
 #include "plan.h"
 #include "rig.h"
+#include "selftest.h"
 #include "session.h"
+#include "standalone.h"
 #include "store.h"
 #include "supervise.h"
+#include "supervise_notify.h"
 
 enum { kExitBadInput = 2, kExitRigFailed = 3, kMaxCalibrationBytes = 1 << 20 };
 
 static const char kUsage[] =
     "usage: lamella-rigd --hal sim --rig FILE --twin SOCKET --calibration FILE\n"
     "                    --listen 127.0.0.1:PORT [--clock virtual|real]\n"
-    "                    [--state FOLDER] [--name NAME] [--store FOLDER] [--inject FAULT]...\n"
+    "                    [--state FOLDER] [--name NAME] [--store FOLDER]\n"
+    "                    [--standalone] [--led-reference FILE] [--inject FAULT]...\n"
     "       lamella-rigd --hal linux --rig FILE --calibration FILE --listen ADDRESS:PORT\n"
     "                    --state FOLDER [--name NAME] [--store FOLDER]\n"
+    "                    [--standalone] [--led-reference FILE]\n"
     "       lamella-rigd --check --rig FILE\n"
     "       lamella-rigd --plan --rig FILE   (writes lamella.v1.Plan to standard output)\n"
     "faults of the simulated rig:\n" SIM_FAULT_NAMES;
@@ -30,7 +35,9 @@ static const char kUsage[] =
 struct arguments {
   const char *hal, *rig, *twin, *calibration, *listen;
   const char *state, *name;  // of the link: see link_place
-  const char* store;         // NULL: photographs are kept in memory alone
+  const char* store;          // NULL: photographs are kept in memory alone
+  const char* led_reference;  // NULL: a reference that is learned is not kept
+  bool standalone;            // the button starts bursts
   enum sim_clock clock;
   struct sim_faults faults;
   bool check;  // read the rig file, say what is wrong with it, and end
@@ -54,6 +61,11 @@ static void catch_signals(void) {
   sigprocmask(SIG_BLOCK, &held, NULL);
   sigaction(SIGTERM, &action, NULL);
   sigaction(SIGINT, &action, NULL);
+}
+
+static bool is_asked_to_stop(void) {
+  sigset_t held;
+  return sigpending(&held) == 0 && (sigismember(&held, SIGTERM) || sigismember(&held, SIGINT));
 }
 
 static bool parse_clock(const char* text, enum sim_clock* clock) {
@@ -92,6 +104,8 @@ static bool parse_arguments(int argc, char** argv, struct arguments* arguments) 
                                            {"store", required_argument, NULL, 's'},
                                            {"state", required_argument, NULL, 'S'},
                                            {"name", required_argument, NULL, 'n'},
+                                           {"standalone", no_argument, NULL, 'a'},
+                                           {"led-reference", required_argument, NULL, 'e'},
                                            {NULL, 0, NULL, 0}};
   *arguments = (struct arguments){.faults = kSimNoFaults};
   for (int option; (option = getopt_long(argc, argv, "", kOptions, NULL)) != -1;) {
@@ -107,6 +121,8 @@ static bool parse_arguments(int argc, char** argv, struct arguments* arguments) 
     if (option == 's') arguments->store = optarg;
     if (option == 'S') arguments->state = optarg;
     if (option == 'n') arguments->name = optarg;
+    if (option == 'a') arguments->standalone = true;
+    if (option == 'e') arguments->led_reference = optarg;
     if (option == 'i') good = sim_faults_parse(optarg, &arguments->faults);
     if (!good) fprintf(stderr, "lamella-rigd: '%s' is no value of its option\n", optarg);
     if (!good || option == '?') {
@@ -162,6 +178,9 @@ struct daemon {
   };
   struct store store;
   struct session session;
+  struct selftest selftest;
+  struct selftest_disk disk;
+  struct standalone alone;
   struct link_server server;
 };
 
@@ -229,6 +248,36 @@ static int start(struct daemon* daemon, const struct arguments* arguments) {
   return 0;
 }
 
+// The self-test's first part is over before a host is heard. The simulated rig's twin is asked for
+// photographs of bursts alone, unless the rig works without a host; and how late this computer
+// wakes up says nothing of a board.
+static int start_panel(struct daemon* daemon, const struct arguments* arguments) {
+  char error[112];
+  struct selftest* selftest = &daemon->selftest;
+  const bool real = strcmp(arguments->hal, "linux") == 0;
+  const unsigned light = 1u << SELFTEST_CAMERAS | 1u << SELFTEST_LEDS;
+  const unsigned all = SELFTEST_ALL & ~(real ? 0 : 1u << SELFTEST_LATENCY);
+  selftest_init(selftest, &daemon->rig, daemon->hal, &daemon->store);
+  daemon->disk = (struct selftest_disk){store_measure, &daemon->store};
+  if (arguments->store != NULL) selftest->disk = &daemon->disk;
+  selftest->reference_path = arguments->led_reference;
+  if (arguments->led_reference != NULL &&
+      led_reference_read(arguments->led_reference, daemon->rig.led_count, &selftest->reference,
+                         error) != LAM_OK) {
+    return explain(LAM_BAD_INPUT, error);
+  }
+  standalone_init(&daemon->alone, &daemon->session, selftest,
+                  real || arguments->standalone ? all : all & ~light);
+  daemon->alone.has_button = arguments->standalone;
+  daemon->server.tend = standalone_tend;
+  daemon->server.tend_context = &daemon->alone;
+  daemon->server.dialogue.alone = &daemon->alone;
+  while (daemon->alone.state == STANDALONE_TESTING && !is_asked_to_stop()) {
+    standalone_tend(&daemon->alone);
+  }
+  return 0;
+}
+
 // A plan that the rig would not play is written too, with the reason in it.
 static int write_plan(const struct rig* rig) {
   static lamella_v1_Plan plan;
@@ -252,11 +301,14 @@ int main(int argc, char** argv) {
     return arguments.plan ? write_plan(&daemon.rig) : 0;
   }
   catch_signals();
-  const int failure = start(&daemon, &arguments);
+  int failure = start(&daemon, &arguments);
+  if (failure == 0) failure = start_panel(&daemon, &arguments);
   if (failure != 0) return failure;
   printf("listening on %s:%u\n", daemon.server.door.address, daemon.server.door.port);
   fflush(stdout);
+  notify_ready(kPanelTable[daemon.alone.panel.code].name);
   link_serve(&daemon.server, &daemon.session, &stop);
+  notify_stopping();
   session_close(&daemon.session);  // lights off first; a burst under way ends plainly partial
   daemon.hal->close(daemon.hal->self);
   store_close(&daemon.store);

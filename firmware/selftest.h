@@ -71,7 +71,9 @@ struct selftest {
   bool suspect[CHAIN_CHIPS];  // a chip whose LEDs together were not as expected
   double brightness[RIG_MAX_LEDS];
   size_t blamed;  // LEDs
+  bool heart;     // level of the heartbeat's line
   double worst_us;
+  unsigned late;  // wake-ups
 };
 
 const char* selftest_part_name(enum selftest_part part);

@@ -11,7 +11,7 @@ static const double kMostMoves = 3;   // a move that takes so many times its tim
 static const double kMostRefreshes = 12;
 static const double kLeastFreeSessions = 2;
 enum { kWakeUps = 200, kWakeUpsInPiece = 20 };
-static const double kWakeUpUs = 1000;
+static const double kWakeUpUs = 1000, kMostLateShare = 0.01;
 
 static double now_us(const struct selftest* test) { return test->hal->now_us(test->hal->self); }
 
@@ -243,18 +243,22 @@ bool selftest_projector(struct selftest* test) {
   return false;
 }
 
+// One late edge is retaken; a rig where one in a hundred is late would retake all the time.
 bool selftest_latency(struct selftest* test) {
   struct hal* hal = test->hal;
-  if (test->step == 0) test->worst_us = 0;
+  if (test->step == 0) test->worst_us = test->late = 0;
   for (int i = 0; i < kWakeUpsInPiece; i++) {
     const double due_us = now_us(test) + kWakeUpUs;
     hal->wait_until_us(hal->self, due_us);
-    test->worst_us = fmax(test->worst_us, now_us(test) - due_us);
+    const double late_us = now_us(test) - due_us;
+    test->worst_us = fmax(test->worst_us, late_us);
+    test->late += late_us > test->rig->player_critical_tolerance_us;
   }
   if ((test->step + 1) * kWakeUpsInPiece < kWakeUps) return true;
+  selftest_read(test, "latest of 200 wake-ups", test->worst_us, "us");
   struct selftest_reading* reading =
-      selftest_read(test, "latest of 200 wake-ups", test->worst_us, "us");
-  selftest_limit(test, reading, 0, test->rig->player_critical_tolerance_us);
+      selftest_read(test, "wake-ups later than a critical edge may be", test->late, "of 200");
+  selftest_limit(test, reading, 0, kMostLateShare * kWakeUps);
   if (reading->verdict == SELFTEST_BAD) note(reading, "edges would come late: see linux.cpu");
   return false;
 }

@@ -7,6 +7,7 @@
 #include "selftest.h"
 
 enum { kShotsInARow = 24, kDarkShots = 2 };
+static const double kBeatUs = 2000;
 static const double kMostDarkDn = 24;  // above black: 0.6 % of full scale
 static const double kDeadShare = 0.1;  // of what is expected
 static const double kWeakShare = 0.8, kStrongShare = 1.25;
@@ -14,6 +15,17 @@ static const double kSuspectShare = 0.1;   // of one LED, in the light of a whol
 static const double kStrangeShare = 0.04;  // farther from its own reference than noise
 
 static double now_us(const struct selftest* test) { return test->hal->now_us(test->hal->self); }
+
+// The monostable that holds BLANK up by itself wants to hear that the sequencer is alive.
+static void beat_until(struct selftest* test, double t_us) {
+  struct hal* hal = test->hal;
+  double at_us = 0;
+  while (now_us(test) + kBeatUs < t_us) {
+    test->heart = !test->heart;
+    hal->set_line(hal->self, HAL_HEARTBEAT, test->heart, &at_us);
+    hal->wait_until_us(hal->self, now_us(test) + kBeatUs);
+  }
+}
 
 static bool edge(struct selftest* test, double t_us, enum hal_line line, bool level) {
   double at_us = 0;
@@ -40,7 +52,9 @@ static bool expose(struct selftest* test, bool lit) {
   const double off_us = on_us + rig->leds_light_us;
   const double untrigger_us = trigger_us + rig->leds_light_us + 2 * rig->camera_guard_us;
   bool done = edge(test, trigger_us, HAL_TRIGGER, true);
+  beat_until(test, trigger_us + kBeatUs);  // fresh when the light comes
   done = done && (!lit || edge(test, on_us, HAL_BLANK, false));
+  beat_until(test, fmin(off_us, untrigger_us));
   if (rig->camera_start_delay_us > rig->camera_guard_us) {
     done = edge(test, untrigger_us, HAL_TRIGGER, false) && done;
     done = edge(test, off_us, HAL_BLANK, true) && done;

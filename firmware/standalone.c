@@ -139,7 +139,8 @@ static void give_verdict(struct standalone* alone) {
   } else if (session->done.burst_id != session->burst_id) {  // aborted by a host
     go(alone, STANDALONE_READY, PANEL_READY);
   } else {
-    go(alone, STANDALONE_VERDICT, session->done.marked ? PANEL_MARKED : PANEL_GOOD);
+    const enum panel_code kept = session->done.retaken > 0 ? PANEL_RETAKEN : PANEL_GOOD;
+    go(alone, STANDALONE_VERDICT, session->done.marked ? PANEL_MARKED : kept);
   }
 }
 

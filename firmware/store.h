@@ -117,6 +117,10 @@ struct photograph* store_find(struct store* store, uint32_t frame_id);
 // Of the newest burst: kept (on disk: there) and not yet acknowledged.
 size_t store_held(struct store* store);
 
+// For the self-test, between bursts: free bytes, and how fast some megabytes reached the disk.
+// False, with a reason, where the disk does not take them.
+bool store_measure(void* store, double* free_bytes, double* bytes_per_s, char error[112]);
+
 // Bursts of which photographs or an explanation are held; the newest of them, 0 where there is
 // none.
 uint32_t store_bursts_held(struct store* store);

@@ -184,6 +184,7 @@ void add_rig(CLI::App& app, int* exit_code) {
   add_rig_pair(rig, exit_code);
   add_rig_command(rig, "abort", "Lights off: drops the burst under way, clears a fault",
                   [exit_code](const RigArguments& a) { *exit_code = run_abort(a); });
+  add_rig_selftest(rig, exit_code);
 }
 
 }  // namespace lamella::apps

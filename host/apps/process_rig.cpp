@@ -69,7 +69,7 @@ SimulatedRig::SimulatedRig(const SimulatedRigOptions& options) {
       "--scale", fmt::format("{}", options.scale),
       "--calibration-out", calibration,
       "--truth-out", options.truth.string()};
-  const std::vector<std::string> firmware{
+  std::vector<std::string> firmware{
       firmware_binary(),
       "--hal", "sim",
       "--rig", find_rig_file(options.rig_file),
@@ -78,6 +78,12 @@ SimulatedRig::SimulatedRig(const SimulatedRigOptions& options) {
       "--listen", "127.0.0.1:0",
       "--clock", options.clock};
   // clang-format on
+  for (const std::string& fault : options.inject) {
+    firmware.insert(firmware.end(), {"--inject", fault});
+  }
+  if (!options.led_reference.empty()) {
+    firmware.insert(firmware.end(), {"--led-reference", options.led_reference.string()});
+  }
   Progress progress("starting the simulated rig", 2);
   twin_ = std::make_unique<ChildProcess>("lamella twin", twin, folder_.path());
   // On the real clock nothing else may work while edges are played, the twin least of all.

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "apps/process_child.h"
 #include "plan.pb.h"
@@ -14,10 +15,12 @@ namespace lamella::apps {
 struct SimulatedRigOptions {
   std::string subject = "head";  // or "sphere"
   uint64_t seed = 1;
-  double scale = 1;               // of the photographs' size, twin::kLeastScale to kLargestScale
-  std::string clock = "virtual";  // or "real"
-  fs::path rig_file = "sim";      // a file, or the name of a rig that ships
-  fs::path truth;                 // where the twin writes what it knows
+  double scale = 1;                 // of the photographs' size, twin::kLeastScale to kLargestScale
+  std::string clock = "virtual";    // or "real"
+  std::vector<std::string> inject;  // faults of the simulated hardware
+  fs::path led_reference;           // where the firmware keeps what it learns of its LEDs
+  fs::path rig_file = "sim";        // a file, or the name of a rig that ships
+  fs::path truth;                   // where the twin writes what it knows
 };
 
 // Throws Error (kBadInput) that names the option where the twin or the firmware would refuse it, so

@@ -14,6 +14,7 @@ constexpr size_t kMaxBlobBytes = 256u << 20;
 constexpr uint32_t kMaxFrames = 1024;
 constexpr uint32_t kMaxEdges = 1u << 20;
 constexpr double kPollStatus_s = 0.2;
+constexpr double kLongestTest_s = 600;
 constexpr double kLongestBurst_us = 600e6;  // nobody sits still for ten minutes
 constexpr const char* kCheckLink = "check the rig's power and its network, then capture again";
 
@@ -160,6 +161,26 @@ v1::Status LinkClient::abort() {
   if (reply.has_refusal()) throw_refusal(reply);
   if (!reply.has_status()) fail("answered an abort with something else");
   return reply.status();
+}
+
+v1::SelftestResult LinkClient::selftest(const std::vector<std::string>& only, bool learn) {
+  v1::Request request;
+  for (const std::string& part : only) request.mutable_selftest()->add_only(part);
+  request.mutable_selftest()->set_learn(learn);
+  v1::Reply reply;
+  // Not asked for twice: what is under way is then asked after.
+  if (Break broken = ask(&request, &reply))
+    fail("link cut while starting the test (" + *broken + ")");
+  const Deadline end = deadline_in(kLongestTest_s);
+  request.Clear();
+  request.mutable_selftest()->set_report(true);
+  while (reply.has_selftest() && reply.selftest().running()) {
+    if (std::chrono::steady_clock::now() > end) fail("the self-test does not end", kCheckLink);
+    pause(kPollStatus_s);
+    reply = asked("its self-test", request);
+  }
+  if (!reply.has_selftest()) fail("answered a request for its self-test with something else");
+  return reply.selftest();
 }
 
 Burst LinkClient::run_burst(const std::string& subject, bool discard_held) {

@@ -48,6 +48,10 @@ class LinkClient {
   // Lights off; drops a burst that is under way, clears a FAULT. The state after it.
   v1::Status abort();
 
+  // Tests these parts of the rig (none: all) and waits for the end. `learn` takes the LEDs as they
+  // are for the reference of later tests.
+  v1::SelftestResult selftest(const std::vector<std::string>& only, bool learn);
+
   // The rig's calibration: a lamella.v1.Session in proto3 JSON, without frames.
   std::string calibration();
 

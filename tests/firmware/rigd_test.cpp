@@ -2,6 +2,10 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -231,4 +235,110 @@ TEST_F(Rigd, BadInputIsOneLineAndExitCodeTwo) {
 
 TEST_F(Rigd, MissingTwinIsExitCodeThree) {
   expect_failure({"--twin", "/nowhere/socket"}, 3, "no twin answers");
+}
+
+namespace {
+
+lamella_v1_SelftestResult tested(TestHost* host, const std::vector<std::string>& only) {
+  lamella_v1_Request request = request_of(lamella_v1_Request_selftest_tag);
+  for (const std::string& part : only) {
+    strcpy(request.body.selftest.only[request.body.selftest.only_count++], part.c_str());
+  }
+  lamella_v1_SelftestResult result = host->ask(request).body.selftest;
+  while (result.running) {
+    request.body.selftest = lamella_v1_SelftestRequest_init_zero;
+    request.body.selftest.report = true;
+    result = host->ask(request).body.selftest;
+  }
+  return result;
+}
+
+}  // namespace
+
+TEST_F(Rigd, TestsItselfWhenAHostAsks) {
+  RigProcess rigd(arguments({"--inject", "dead-led:17", "--inject", "stuck-actuator"}));
+  TestHost host(rigd.port());
+  host.ask(hello());
+  const lamella_v1_SelftestResult leds = tested(&host, {"leds"});
+  EXPECT_EQ(leds.bad, 1u);
+  EXPECT_STREQ(leds.readings[0].what, "LED 17 (chip 3 output 2)");
+  EXPECT_EQ(leds.readings[0].verdict, lamella_v1_SelftestReading_Verdict_BAD);
+  const lamella_v1_SelftestResult all = tested(&host, {});
+  EXPECT_EQ(all.bad, 2u);
+  lamella_v1_Request wrong = request_of(lamella_v1_Request_selftest_tag);
+  wrong.body.selftest.only_count = 1;
+  strcpy(wrong.body.selftest.only[0], "engine");
+  EXPECT_EQ(host.ask(wrong).body.refusal.code, lamella_v1_Refusal_Code_BAD_REQUEST);
+}
+
+TEST_F(Rigd, AFailedSelfTestAtItsStartIsSaidAndAHostMayStillAsk) {
+  RigProcess rigd(arguments({"--inject", "flip-bit:5"}));
+  TestHost host(rigd.port());
+  host.ask(hello());
+  EXPECT_EQ(host.offers(host.run_burst()).size(), 40u);
+  rigd.signal(SIGTERM);
+  EXPECT_EQ(rigd.exit_code(), 0);
+  EXPECT_NE(rigd.errors().find("self-test: chain: wrong bits"), std::string::npos);
+}
+
+TEST_F(Rigd, ButtonToSessionOnDiskWithNoHost) {
+  const std::filesystem::path store = folder / "store";
+  std::filesystem::create_directory(store);
+  RigProcess rigd(arguments(
+      {"--store", store, "--standalone", "--inject", "press:1e6:1e5", "--clock", "virtual"}));
+  const int port = rigd.port();
+  ASSERT_GT(port, 0);
+  lamella_v1_Status status = lamella_v1_Status_init_zero;
+  for (int i = 0; i < 600 && status.frames_held < 40; i++) {
+    usleep(50000);
+    TestHost host(port);  // looks in and goes away again: it does not have the rig by that
+    host.ask(hello());
+    status = host.ask(request_of(lamella_v1_Request_status_tag)).body.status;
+  }
+  EXPECT_EQ(status.frames_held, 40u);
+  rigd.signal(SIGTERM);
+  EXPECT_EQ(rigd.exit_code(), 0);
+}
+
+// What the service manager would hear, on a socket of our own.
+TEST_F(Rigd, TellsTheServiceManagerThatItIsReadyAndAlive) {
+  const std::string path = folder / "notify";
+  const int socket_fd = socket(AF_UNIX, SOCK_DGRAM, 0);
+  sockaddr_un address = {};
+  address.sun_family = AF_UNIX;
+  strcpy(address.sun_path, path.c_str());
+  ASSERT_EQ(bind(socket_fd, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+  const timeval patience = {10, 0};
+  setsockopt(socket_fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+  setenv("NOTIFY_SOCKET", path.c_str(), 1);
+  setenv("WATCHDOG_USEC", "400000", 1);
+  std::string heard;
+  int alive = 0;
+  {
+    RigProcess rigd(arguments({"--clock", "real"}));
+    unsetenv("NOTIFY_SOCKET");
+    unsetenv("WATCHDOG_USEC");
+    ASSERT_GT(rigd.port(), 0);
+    char text[512];
+    while (alive < 8) {
+      const ssize_t size = recv(socket_fd, text, sizeof text, 0);
+      ASSERT_GT(size, 0) << "it fell silent after " << heard;
+      const std::string message(text, static_cast<size_t>(size));
+      heard += message + "|";
+      if (message == "WATCHDOG=1") alive++;
+    }
+    // A loop that hangs feeds nothing: what comes is no more than what was on its way.
+    rigd.signal(SIGSTOP);
+    usleep(200000);
+    while (recv(socket_fd, text, sizeof text, MSG_DONTWAIT) > 0) continue;
+    usleep(600000);
+    EXPECT_LT(recv(socket_fd, text, sizeof text, MSG_DONTWAIT), 0);
+    rigd.signal(SIGCONT);
+    rigd.signal(SIGTERM);
+    EXPECT_EQ(rigd.exit_code(), 0);
+    while (recv(socket_fd, text, sizeof text, MSG_DONTWAIT) > 0) heard += text;
+  }
+  close(socket_fd);
+  EXPECT_NE(heard.find("READY=1\nSTATUS=ready"), std::string::npos) << heard;
+  EXPECT_NE(heard.find("STOPPING=1"), std::string::npos) << heard;
 }

@@ -1,0 +1,109 @@
+// lamella rig selftest: what the rig finds when it tests itself, reading by reading.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+
+#include "apps/commands.h"
+#include "apps/process_rig.h"
+#include "apps/report.h"
+#include "io/link_client.h"
+
+namespace lamella::apps {
+
+namespace {
+
+const std::vector<std::string> kParts{"chain", "leds",        "actuator", "cameras", "projector",
+                                      "disk",  "temperature", "estop",    "latency"};
+
+struct Arguments {
+  std::string rig;
+  std::vector<std::string> only;
+  std::vector<std::string> inject;
+  fs::path led_reference;
+  std::string subject = "sphere";
+  double scale = 0.25;
+  bool learn = false, json = false;
+};
+
+std::string limit_text(const v1::SelftestReading& r) {
+  if (r.has_low() && r.has_high()) {
+    if (r.low() == r.high()) return fmt::format("{:.4g}", r.low());
+    return fmt::format("{:.4g} to {:.4g}", r.low(), r.high());
+  }
+  if (r.has_low()) return fmt::format("at least {:.4g}", r.low());
+  return r.has_high() ? fmt::format("at most {:.4g}", r.high()) : "";
+}
+
+std::string verdict_text(const v1::SelftestReading& r) {
+  if (r.verdict() == v1::SelftestReading::GOOD) return "good";
+  return r.verdict() == v1::SelftestReading::BAD ? "BAD" : "skipped";
+}
+
+void print_table(const v1::SelftestResult& result, const std::string& rig) {
+  fmt::print("{}: {}\n\n", rig,
+             result.bad() == 0 ? std::string("good")
+                               : fmt::format("{} readings are not good", result.bad()));
+  fmt::print("  {:<12} {:<30} {:>10} {:<12} {:<16} {:<8} {}\n", "part", "what", "reading", "",
+             "limit", "verdict", "");
+  for (const v1::SelftestReading& r : result.readings()) {
+    const std::string value = r.has_value() ? fmt::format("{:.4g}", r.value()) : "";
+    fmt::print("  {:<12} {:<30} {:>10} {:<12} {:<16} {:<8} {}\n", r.part(), r.what(), value,
+               r.unit(), limit_text(r), verdict_text(r), r.note());
+  }
+}
+
+void print_result_json(const v1::SelftestResult& result, const std::string& rig) {
+  nlohmann::ordered_json readings = nlohmann::ordered_json::array();
+  for (const v1::SelftestReading& r : result.readings()) {
+    nlohmann::ordered_json reading{{"part", r.part()}, {"what", r.what()}};
+    if (r.has_value()) reading["value"] = r.value();
+    if (!r.unit().empty()) reading["unit"] = r.unit();
+    if (r.has_low()) reading["low"] = r.low();
+    if (r.has_high()) reading["high"] = r.high();
+    reading["verdict"] = verdict_text(r);
+    if (!r.note().empty()) reading["note"] = r.note();
+    readings.push_back(reading);
+  }
+  print_json({{"rig", rig}, {"bad", result.bad()}, {"readings", readings}});
+}
+
+v1::SelftestResult test(const Arguments& args) {
+  LinkOptions link;
+  link.interrupted = interrupted;
+  if (args.rig != "sim") return LinkClient(args.rig, link).selftest(args.only, args.learn);
+  catch_interrupts();
+  const PrivateFolder truth;
+  SimulatedRigOptions options;
+  options.subject = args.subject;
+  options.scale = args.scale;
+  options.truth = truth.path() / "truth";
+  options.inject = args.inject;
+  options.led_reference = args.led_reference;
+  require_simulated_rig(options);
+  const SimulatedRig sim(options);
+  return LinkClient(sim.address(), link).selftest(args.only, args.learn);
+}
+
+}  // namespace
+
+void add_rig_selftest(CLI::App* rig, int* exit_code) {
+  auto args = std::make_shared<Arguments>();
+  CLI::App* command = rig->add_subcommand("selftest", "The rig tests itself, part by part");
+  command->add_option("--rig", args->rig, "sim, or HOST:PORT of a rig")->required();
+  command->add_option("--only", args->only, "Parts to test; all of them where none is given")
+      ->check(CLI::IsMember(kParts));
+  command->add_flag("--learn", args->learn,
+                    "The LEDs are good: take how they light the empty stage as the reference");
+  command->add_option("--inject", args->inject, "Faults of the simulated rig: dead-led:17, ...");
+  command->add_option("--led-reference", args->led_reference,
+                      "Where the simulated rig keeps what it learns");
+  command->add_flag("--json", args->json, "Report as JSON");
+  command->callback([args, exit_code] {
+    const v1::SelftestResult result = test(*args);
+    (args->json ? print_result_json : print_table)(result, args->rig);
+    *exit_code = result.bad() > 0 ? 1 : 0;
+  });
+}
+
+}  // namespace lamella::apps
