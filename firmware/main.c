@@ -34,7 +34,7 @@ static const char kUsage[] =
 
 struct arguments {
   const char *hal, *rig, *twin, *calibration, *listen;
-  const char *state, *name;  // of the link: see link_place
+  const char *state, *name;   // of the link: see link_place
   const char* store;          // NULL: photographs are kept in memory alone
   const char* led_reference;  // NULL: a reference that is learned is not kept
   bool standalone;            // the button starts bursts
@@ -248,6 +248,8 @@ static int start(struct daemon* daemon, const struct arguments* arguments) {
   return 0;
 }
 
+static bool code_light(void* server, bool* light) { return link_code_light(server, light); }
+
 // The self-test's first part is over before a host is heard. The simulated rig's twin is asked for
 // photographs of bursts alone, unless the rig works without a host; and how late this computer
 // wakes up says nothing of a board.
@@ -269,6 +271,8 @@ static int start_panel(struct daemon* daemon, const struct arguments* arguments)
   standalone_init(&daemon->alone, &daemon->session, selftest,
                   real || arguments->standalone ? all : all & ~light);
   daemon->alone.has_button = arguments->standalone;
+  daemon->alone.code_light = code_light;
+  daemon->alone.code_context = &daemon->server;
   daemon->server.tend = standalone_tend;
   daemon->server.tend_context = &daemon->alone;
   daemon->server.dialogue.alone = &daemon->alone;

@@ -191,10 +191,10 @@ static void set(struct standalone* alone, enum hal_line line, bool level, bool* 
 static void show(struct standalone* alone) {
   const double t_us = now_us(alone);
   panel_tick(&alone->panel, t_us);
-  const bool lent = alone->lent_light != NULL;
-  const bool light = lent ? alone->lent_light(alone->lent_context, t_us) : alone->panel.light;
-  set(alone, HAL_READY, light, &alone->ready_lit);
-  set(alone, HAL_BUZZER, alone->panel.buzzer, &alone->buzzing);
+  bool code = false;
+  const bool pairing = alone->code_light != NULL && alone->code_light(alone->code_context, &code);
+  set(alone, HAL_READY, pairing ? code : alone->panel.light, &alone->ready_lit);
+  set(alone, HAL_BUZZER, pairing ? code : alone->panel.buzzer, &alone->buzzing);
 }
 
 double standalone_tend(void* context) {

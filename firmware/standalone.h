@@ -31,9 +31,9 @@ struct standalone {
   struct session* session;
   struct selftest* selftest;
   bool has_button;  // a click starts a burst
-  // Set by whoever shows a code of his own on the ready light meanwhile; else NULL.
-  bool (*lent_light)(void* context, double now_us);
-  void* lent_context;
+  // The pairing code, which light and buzzer show instead while there is one. NULL: there is none.
+  bool (*code_light)(void* context, bool* light);
+  void* code_context;
 
   enum standalone_state state;
   struct panel panel;
