@@ -73,7 +73,6 @@ struct selftest {
   size_t blamed;  // LEDs
   bool heart;     // level of the heartbeat's line
   double worst_us;
-  unsigned late;  // wake-ups
 };
 
 const char* selftest_part_name(enum selftest_part part);

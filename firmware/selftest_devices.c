@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "latency.h"
 #include "selftest.h"
 
 static const double kPieceUs = 20e3;  // how long one piece may wait
@@ -10,8 +11,6 @@ static const double kLookUs = 500;    // how often something that is to happen i
 static const double kMostMoves = 3;   // a move that takes so many times its time does not arrive
 static const double kMostRefreshes = 12;
 static const double kLeastFreeSessions = 2;
-enum { kWakeUps = 200, kWakeUpsInPiece = 20 };
-static const double kWakeUpUs = 1000, kMostLateShare = 0.01;
 
 static double now_us(const struct selftest* test) { return test->hal->now_us(test->hal->self); }
 
@@ -245,20 +244,12 @@ bool selftest_projector(struct selftest* test) {
 
 // One late edge is retaken; a rig where one in a hundred is late would retake all the time.
 bool selftest_latency(struct selftest* test) {
-  struct hal* hal = test->hal;
-  if (test->step == 0) test->worst_us = test->late = 0;
-  for (int i = 0; i < kWakeUpsInPiece; i++) {
-    const double due_us = now_us(test) + kWakeUpUs;
-    hal->wait_until_us(hal->self, due_us);
-    const double late_us = now_us(test) - due_us;
-    test->worst_us = fmax(test->worst_us, late_us);
-    test->late += late_us > test->rig->player_critical_tolerance_us;
-  }
-  if ((test->step + 1) * kWakeUpsInPiece < kWakeUps) return true;
-  selftest_read(test, "latest of 200 wake-ups", test->worst_us, "us");
+  lamella_v1_Latency latency;
+  latency_test(test->hal, &latency);
+  selftest_read(test, "latest of 300 wake-ups", latency.highest_us, "us");
   struct selftest_reading* reading =
-      selftest_read(test, "wake-ups later than a critical edge may be", test->late, "of 200");
-  selftest_limit(test, reading, 0, kMostLateShare * kWakeUps);
+      selftest_read(test, "99 of 100 wake-ups", latency.p99_us, "us late");
+  selftest_limit(test, reading, 0, test->rig->player_critical_tolerance_us);
   if (reading->verdict == SELFTEST_BAD) note(reading, "edges would come late: see linux.cpu");
   return false;
 }

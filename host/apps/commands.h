@@ -15,7 +15,7 @@ void add_render(CLI::App& app, int* exit_code);
 void add_compare(CLI::App& app, int* exit_code);
 void add_export(CLI::App& app, int* exit_code);
 void add_rig(CLI::App& app, int* exit_code);
-void add_rig_pair(CLI::App* rig, int* exit_code);  // a part of the one above
+void add_rig_pair(CLI::App* rig, int* exit_code);      // a part of the one above
 void add_rig_selftest(CLI::App* rig, int* exit_code);  // a subcommand of `rig`
 void add_review(CLI::App& app, int* exit_code);
 
