@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "budget.h"
+#include "burst_bound.h"
 #include "safety.h"
 #include "timeline.h"
 
@@ -58,6 +59,10 @@ enum lam_status plan_describe(const struct rig* rig, lamella_v1_Plan* plan) {
   plan->duration_us = burst.duration_us;
   plan->cost_us = burst.cost_us;
   plan->starts_crossed = burst.starts_crossed;
+  const struct burst_bound bound =
+      burst_bound(rig, kBurstSteps, BURST_STEPS, rig->analyser_parks_crossed);
+  plan->least_duration_us = bound.duration_us;
+  plan->least_cost_us = bound.cost_us;
   describe_steps(rig, &burst, plan);
   describe_edges(&timeline, plan);
   const char* refusal = "";

@@ -56,6 +56,9 @@ void print_table(const v1::Plan& plan, const std::string& rig) {
   for (const auto& [name, us] : terms_us(plan)) {
     fmt::print("  {:<24} {:>9.1f} ms {:>6.1f} %\n", name, us / 1000, 100 * us / plan.duration_us());
   }
+  fmt::print(
+      "\n  no order takes less than {:.1f} ms; this one costs at most {:.1f} % more than any\n",
+      plan.least_duration_us() / 1000, 100 * (plan.cost_us() / plan.least_cost_us() - 1));
   const v1::PlanBudget& b = plan.budget();
   fmt::print(
       "\n  white behind the analyser: {:.0f} % of saturation by LEDs, {:.0f} % by projector\n",
@@ -82,6 +85,9 @@ void print_plan_json(const v1::Plan& plan, const std::string& rig) {
   const v1::PlanBudget& b = plan.budget();
   print_json({{"rig", rig},
               {"duration_us", plan.duration_us()},
+              {"cost_us", plan.cost_us()},
+              {"least_duration_us", plan.least_duration_us()},
+              {"least_cost_us", plan.least_cost_us()},
               {"refusal", plan.refusal()},
               {"steps", steps},
               {"terms_us", terms_us(plan)},
@@ -125,6 +131,11 @@ void print_status(const LinkClient& client, const v1::Status& status, const RigA
                 {"fault", status.fault()},
                 {"burst", status.burst_id()},
                 {"frames_held", status.frames_held()},
+                {"latency",
+                 {{"waits", status.latency().waits()},
+                  {"median_us", status.latency().median_us()},
+                  {"p99_us", status.latency().p99_us()},
+                  {"highest_us", status.latency().highest_us()}}},
                 {"hal", client.welcome().hal()},
                 {"firmware", client.welcome().firmware_version()}});
     return;
@@ -133,6 +144,8 @@ void print_status(const LinkClient& client, const v1::Status& status, const RigA
   fmt::print("  firmware {}, {} hardware, {} LEDs, {} cameras\n",
              client.welcome().firmware_version(), client.welcome().hal(),
              client.welcome().led_count(), client.welcome().camera_count());
+  fmt::print("  waits end {:.1f} us late, at most {:.1f} us, in {} at its start\n",
+             status.latency().median_us(), status.latency().highest_us(), status.latency().waits());
   fmt::print("  photographs held: {} of burst {}\n", status.frames_held(), status.burst_id());
 }
 

@@ -23,6 +23,9 @@ TEST(RigPlan, TellsOrderWaitsAndBudgetOfEveryRigThatShips) {
     double sum_us = 0;
     for (const auto& [term, us] : report["terms_us"].items()) sum_us += us.get<double>();
     EXPECT_NEAR(sum_us, report["duration_us"].get<double>(), 1) << name;
+    EXPECT_LE(report["least_duration_us"], report["duration_us"]) << name;
+    EXPECT_LE(report["least_cost_us"], report["cost_us"]) << name;
+    EXPECT_GT(report["least_cost_us"], report["least_duration_us"]) << name;
   }
 }
 
