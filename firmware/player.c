@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+enum { kStackBytes = 64 * 1024, kPageBytes = 4096 };
 static const double kSeenWithinUs = 2000;  // of the edge played: less than any pulse lasts
 
 static struct hal_pattern pattern_of(const struct burst_step* step) {
@@ -19,9 +20,16 @@ static struct hal_pattern pattern_of(const struct burst_step* step) {
 
 static bool is_observed(enum edge_line line) { return line == EDGE_VBLANK || line == EDGE_ARRIVED; }
 
+// Locked memory covers what is there: the stack is made to reach as deep as playing goes.
+static void touch_stack(void) {
+  volatile uint8_t room[kStackBytes];
+  for (size_t i = 0; i < sizeof room; i += kPageBytes) room[i] = 0;
+}
+
 // Nothing is left to be encoded, looked up or paged in once edges are played.
 static void make_ready(struct player* player, struct hal* hal, const struct rig* rig,
                        const struct burst_plan* plan, const struct timeline* timeline) {
+  touch_stack();
   memset(player, 0, sizeof *player);
   player->hal = hal;
   player->rig = rig;
