@@ -17,7 +17,7 @@ static enum lam_status fail(char error[160], const char* what, const char* why) 
 
 static bool has_name(const drmModeConnector* connector, const char* name) {
   const char* type = drmModeGetConnectorTypeName(connector->connector_type);
-  char own[RIG_DEVICE_CHARS];
+  char own[RIG_TEXT_CHARS];
   snprintf(own, sizeof own, "%s-%u", type != NULL ? type : "Unknown", connector->connector_type_id);
   return strcmp(own, name) == 0;
 }

@@ -40,7 +40,7 @@ struct arguments {
   bool standalone;            // the button starts bursts
   enum sim_clock clock;
   struct sim_faults faults;
-  bool check;  // read the rig file, say what is wrong with it, and end
+  bool check;  // read the rig file, say all that is wrong with it, and end
   bool plan;   // the same, and write the burst that it would play
 };
 
@@ -147,22 +147,6 @@ static uint8_t* read_file(const char* path, size_t most, size_t* size) {
   return NULL;
 }
 
-static bool read_rig(const char* path, struct rig* rig) {
-  size_t size = 0;
-  uint8_t* text = read_file(path, RIG_MAX_TEXT_BYTES, &size);
-  if (text == NULL) return false;
-  struct rig_error error;
-  const enum lam_status status = rig_parse((const char*)text, size, rig, &error);
-  free(text);
-  if (status == LAM_OK) return true;
-  if (error.line > 0) {
-    fprintf(stderr, "%s:%d: %s\n", path, error.line, error.text);
-  } else {
-    fprintf(stderr, "%s: %s\n", path, error.text);
-  }
-  return false;
-}
-
 static int explain(enum lam_status status, const char* error) {
   fprintf(stderr, "lamella-rigd: %s\n", error);
   return status == LAM_BAD_INPUT ? kExitBadInput : kExitRigFailed;
@@ -228,7 +212,7 @@ static int claim_lights(struct daemon* daemon) {
 // code.
 static int start(struct daemon* daemon, const struct arguments* arguments) {
   char error[LINK_FILE_PATH_CHARS + 160];
-  if (!read_rig(arguments->rig, &daemon->rig)) return kExitBadInput;
+  if (rig_read(arguments->rig, &daemon->rig) != LAM_OK) return kExitBadInput;
   const bool real = strcmp(arguments->hal, "linux") == 0;
   const int unclaimed = real ? claim_lights(daemon) : 0;
   if (unclaimed != 0) return unclaimed;
@@ -301,7 +285,7 @@ int main(int argc, char** argv) {
   struct arguments arguments;
   if (!parse_arguments(argc, argv, &arguments)) return kExitBadInput;
   if (arguments.check || arguments.plan) {
-    if (!read_rig(arguments.rig, &daemon.rig)) return kExitBadInput;
+    if (rig_read(arguments.rig, &daemon.rig) != LAM_OK) return kExitBadInput;
     return arguments.plan ? write_plan(&daemon.rig) : 0;
   }
   catch_signals();

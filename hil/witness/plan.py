@@ -1,4 +1,5 @@
 """The burst that a rig file asks for, as `lamella-rigd --plan` writes it."""
+import pathlib
 import re
 import subprocess
 from typing import NamedTuple
@@ -71,14 +72,16 @@ def led_steps(plan):
 
 
 def read_leds(rig_file):
-    """`led.N = chip output x y z` lines of a rig file to [(chip, output, (x, y, z))]."""
+    """The list of LEDs that a rig file names, `led.N = chip output x y z`, to
+    [(chip, output, (x, y, z))]."""
+    rig_file = pathlib.Path(rig_file)
+    named = re.search(r"^\s*leds\.file\s*=\s*(\S+)", rig_file.read_text(encoding="utf-8"), re.M)
     leds = []
-    with open(rig_file, encoding="utf-8") as lines:
-        for line in lines:
-            found = re.match(r"\s*led\.\d+\s*=\s*(.*?)\s*(#|$)", line)
-            if found:
-                chip, output, *direction = found[1].split()
-                leds.append((int(chip), int(output), tuple(map(float, direction))))
+    for line in (rig_file.parent / named[1]).read_text(encoding="utf-8").splitlines():
+        found = re.match(r"\s*led\.\d+\s*=\s*(.*?)\s*(#|$)", line)
+        if found:
+            chip, output, *direction = found[1].split()
+            leds.append((int(chip), int(output), tuple(map(float, direction))))
     return leds
 
 

@@ -107,6 +107,12 @@ std::string ChildProcess::last_words() const {
   return lines.empty() ? "" : lines.back();
 }
 
+std::string ChildProcess::complaint() const {
+  const std::vector<std::string> lines = whole_lines(err_);
+  if (lines.size() < 2) return last_words();
+  return lines.front() + " (and " + std::to_string(lines.size() - 1) + " more)";
+}
+
 std::string ChildProcess::wait_for_line(const std::string& prefix, double seconds,
                                         const std::function<bool()>& interrupted) {
   const auto end = steady_clock::now() + std::chrono::duration<double>(seconds);

@@ -38,6 +38,9 @@ class ChildProcess {
   // Its last line on standard error; empty where it said nothing.
   std::string last_words() const;
 
+  // Its first line on standard error, and how many more it wrote.
+  std::string complaint() const;
+
  private:
   std::string name_;
   fs::path out_, err_;

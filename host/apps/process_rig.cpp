@@ -32,6 +32,11 @@ std::string find_rig_file(const fs::path& name) {
 
 std::string firmware_binary() { return (own_binary().parent_path() / "lamella-rigd").string(); }
 
+[[noreturn]] void throw_bad_rig_file(const ChildProcess& firmware, const std::string& rig_file) {
+  throw_bad_input("--rig-file", firmware.complaint(),
+                  "lamella-rigd --check --rig " + rig_file + " names all that is wrong");
+}
+
 }  // namespace
 
 void require_simulated_rig(const SimulatedRigOptions& options) {
@@ -41,15 +46,15 @@ void require_simulated_rig(const SimulatedRigOptions& options) {
   const std::string rig_file = find_rig_file(options.rig_file);
   ChildProcess check("lamella-rigd", {firmware_binary(), "--check", "--rig", rig_file},
                      folder.path());
-  if (check.wait() != 0) throw_bad_input("--rig-file", check.last_words());
+  if (check.wait() != 0) throw_bad_rig_file(check, rig_file);
 }
 
 v1::Plan plan_of_rig_file(const fs::path& rig_file) {
   const PrivateFolder folder;
-  ChildProcess firmware("lamella-rigd",
-                        {firmware_binary(), "--plan", "--rig", find_rig_file(rig_file)},
+  const std::string found = find_rig_file(rig_file);
+  ChildProcess firmware("lamella-rigd", {firmware_binary(), "--plan", "--rig", found},
                         folder.path());
-  if (firmware.wait() != 0) throw_bad_input("--rig-file", firmware.last_words());
+  if (firmware.wait() != 0) throw_bad_rig_file(firmware, found);
   v1::Plan plan;
   if (!plan.ParseFromString(firmware.output())) {
     throw Error(Fault::kRig, "lamella-rigd", "wrote no plan", "is it of this build?");

@@ -37,14 +37,6 @@ lamella_v1_Plan described(const struct rig& rig) {
   return plan;
 }
 
-struct rig shipped(const char* name) {
-  const std::string text = rig_file_text(name);
-  struct rig rig;
-  struct rig_error error;
-  EXPECT_EQ(rig_parse(text.data(), text.size(), &rig, &error), LAM_OK) << name << error.text;
-  return rig;
-}
-
 }  // namespace
 
 TEST(Budget, DoublesWhiteWithTheLightAndQuartersItWithTheAperture) {
@@ -96,21 +88,21 @@ TEST(Budget, RefusesMoreFramesThanMemoryAndDiskTake) {
 
 TEST(Plan, OfEveryRigFileThatShipsIsSafeAndWithinItsBudget) {
   for (const char* name : {"sim", "slr", "machine_vision"}) {
-    EXPECT_STREQ(described(shipped(name)).refusal, "") << name;
+    EXPECT_STREQ(described(test_rig(name)).refusal, "") << name;
   }
 }
 
 TEST(Plan, OfSlrTakesAboutThePapersFiveSeconds) {
-  EXPECT_NEAR(described(shipped("slr")).duration_us, 5e6, 0.5e6);
+  EXPECT_NEAR(described(test_rig("slr")).duration_us, 5e6, 0.5e6);
 }
 
 TEST(Plan, OfMachineVisionTakesLessThanASecond) {
-  EXPECT_LT(described(shipped("machine_vision")).duration_us, 1e6);
+  EXPECT_LT(described(test_rig("machine_vision")).duration_us, 1e6);
 }
 
 TEST(Plan, WaitsAndExposuresAddUpToTheWhole) {
   for (const char* name : {"sim", "slr", "machine_vision"}) {
-    const struct rig rig = shipped(name);
+    const struct rig rig = test_rig(name);
     const lamella_v1_Plan plan = described(rig);
     double sum_us = rig.camera_readout_us;
     for (size_t i = 0; i < plan.steps_count; i++) {
@@ -121,7 +113,7 @@ TEST(Plan, WaitsAndExposuresAddUpToTheWhole) {
 }
 
 TEST(OverlappedReadout, IsOverWhenTheNextExposureCloses) {
-  const struct rig rig = shipped("machine_vision");
+  const struct rig rig = test_rig("machine_vision");
   const burst_plan plan = planned(rig);
   for (size_t i = 1; i < plan.count; i++) {
     EXPECT_GE(plan.times[i].close_us, plan.times[i - 1].close_us + rig.camera_readout_us);
@@ -132,7 +124,7 @@ TEST(OverlappedReadout, IsOverWhenTheNextExposureCloses) {
 }
 
 TEST(OverlappedReadout, RefusesAnExposureThatClosesDuringIt) {
-  struct rig rig = shipped("machine_vision");
+  struct rig rig = test_rig("machine_vision");
   const burst_plan plan = planned(rig);
   struct timeline timeline;
   timeline_build(&rig, &plan, &timeline);

@@ -18,14 +18,6 @@ namespace {
 
 using Steps = std::vector<burst_step>;
 
-struct rig shipped_rig(const std::string& name) {
-  const std::string text = rig_file_text(name);
-  struct rig rig;
-  struct rig_error error;
-  EXPECT_EQ(rig_parse(text.data(), text.size(), &rig, &error), LAM_OK) << error.text;
-  return rig;
-}
-
 burst_plan planned(const struct rig& rig, const Steps& steps, bool starts_crossed) {
   burst_plan plan;
   burst_order(&rig, steps.data(), steps.size(), starts_crossed, &plan);
@@ -98,7 +90,7 @@ const char* const kRigs[] = {"slr", "machine_vision", "sim"};
 TEST(BurstBound, TheOrderCostsWhatAnExhaustiveSearchOfUpToNineRandomStepsFinds) {
   std::mt19937 random(20261125);
   for (const char* name : kRigs) {
-    const struct rig rig = shipped_rig(name);
+    const struct rig rig = test_rig(name);
     for (size_t count = 2; count <= 9; count++) {
       for (int set = 0; set < (count < 9 ? 4 : 2); set++) {
         const Steps steps = drawn(count, &random);
@@ -116,7 +108,7 @@ TEST(BurstBound, TheOrderCostsWhatAnExhaustiveSearchOfUpToNineRandomStepsFinds) 
 TEST(BurstBound, LiesBelowEveryOrderOfTwentyThatIsTried) {
   std::mt19937 random(7);
   for (const char* name : kRigs) {
-    const struct rig rig = shipped_rig(name);
+    const struct rig rig = test_rig(name);
     const auto bound = burst_bound(&rig, kBurstSteps, BURST_STEPS, false);
     for (int i = 0; i < 200; i++) {
       burst_plan plan = planned(rig, Steps(kBurstSteps, kBurstSteps + BURST_STEPS), false);
@@ -133,7 +125,7 @@ TEST(BurstBound, LiesBelowEveryOrderOfTwentyThatIsTried) {
 
 TEST(BurstBound, TheOrderOfTwentyStepsCostsAtMostSevenPercentMore) {
   for (const char* name : kRigs) {
-    const struct rig rig = shipped_rig(name);
+    const struct rig rig = test_rig(name);
     for (const bool starts_crossed : {false, true}) {
       const burst_plan plan =
           planned(rig, Steps(kBurstSteps, kBurstSteps + BURST_STEPS), starts_crossed);
@@ -146,6 +138,6 @@ TEST(BurstBound, TheOrderOfTwentyStepsCostsAtMostSevenPercentMore) {
 
 TEST(BurstBound, TheReferenceRigsKeepTheirTimes) {
   const Steps steps(kBurstSteps, kBurstSteps + BURST_STEPS);
-  EXPECT_LT(planned(shipped_rig("machine_vision"), steps, false).duration_us, 0.79e6);
-  EXPECT_LT(planned(shipped_rig("slr"), steps, false).duration_us, 4.65e6);
+  EXPECT_LT(planned(test_rig("machine_vision"), steps, false).duration_us, 0.79e6);
+  EXPECT_LT(planned(test_rig("slr"), steps, false).duration_us, 4.65e6);
 }

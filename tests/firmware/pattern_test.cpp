@@ -161,10 +161,7 @@ TEST(Pattern, ThatNoProjectorCanDrawIsRefusedByItsKey) {
 
 TEST(Pattern, OfEveryRigFileThatShipsIsTheSame) {
   for (const char* name : {"slr", "machine_vision", "vm"}) {
-    const std::string text = rig_file_text(name);
-    struct rig rig;
-    struct rig_error error;
-    ASSERT_EQ(rig_parse(text.data(), text.size(), &rig, &error), LAM_OK) << error.text;
+    const struct rig rig = test_rig(name);
     for (size_t image = 0; image < PATTERN_IMAGES; image++) {
       ASSERT_EQ(drawn(rig, pattern_of_image(image), 1280),
                 drawn(test_rig(), pattern_of_image(image), 1280))

@@ -11,9 +11,9 @@ const char kBoard[] =
     "80\nlinux.spin_us = 150\n";
 
 enum lam_status parse(const std::string& text, struct rig* rig, std::string* says) {
-  struct rig_error error;
-  const enum lam_status status = rig_parse(text.data(), text.size(), rig, &error);
-  *says = error.text;
+  struct rig_errors errors;
+  const enum lam_status status = rig_parse(text.data(), text.size(), rig, &errors);
+  *says = errors.list[0].text;
   return status;
 }
 
@@ -51,7 +51,8 @@ TEST(RigLinux, HalfASectionIsRefused) {
 }
 
 TEST(RigLinux, TwoKeysWithOneLineAreRefused) {
-  expect_refusal("linux.latch_line = GPIO27", "linux.latch_line = GPIO17", "another key has");
+  expect_refusal("linux.latch_line = GPIO27", "linux.latch_line = GPIO17",
+                 "is the line that 'linux.blank_line' has");
 }
 
 TEST(RigLinux, WrongValuesAreRefusedWithTheReason) {

@@ -12,27 +12,49 @@ extern "C" {
 
 namespace {
 
-struct rig_error error_of(const std::string& text) {
+struct rig_errors errors_of(const std::string& text) {
   struct rig rig;
-  struct rig_error error;
-  EXPECT_EQ(rig_parse(text.data(), text.size(), &rig, &error), LAM_BAD_INPUT);
-  return error;
+  struct rig_errors errors;
+  rig_parse(text.data(), text.size(), &rig, &errors);
+  return errors;
 }
 
-// The rig file with the line that begins with `key` replaced; its number goes to `line`.
-std::string with_line(const std::string& key, const std::string& replacement, int* line) {
-  const std::string text = rig_file_text();
+struct rig_errors led_errors_of(const std::string& text) {
+  struct rig rig;
+  struct rig_errors errors = {};
+  rig_parse_leds(text.data(), text.size(), &rig, &errors);
+  return errors;
+}
+
+// A file with the line that begins with `key` replaced; its number goes to `line`.
+std::string with_line(const std::string& text, const std::string& key,
+                      const std::string& replacement, int* line) {
   const size_t at = text.find("\n" + key) + 1;
   *line = 1 + static_cast<int>(std::count(text.begin(), text.begin() + at, '\n'));
   const size_t end = text.find('\n', at);
   return text.substr(0, at) + replacement + text.substr(end);
 }
 
+void expect_first(const struct rig_errors& errors, int line, const std::string& says) {
+  ASSERT_GE(errors.count, 1u);
+  EXPECT_EQ(errors.list[0].line, line) << errors.list[0].text;
+  EXPECT_NE(std::string(errors.list[0].text).find(says), std::string::npos) << errors.list[0].text;
+}
+
 void expect_error(const std::string& key, const std::string& replacement, const std::string& says) {
   int line = 0;
-  const struct rig_error error = error_of(with_line(key, replacement, &line));
-  EXPECT_EQ(error.line, line) << error.text;
-  EXPECT_NE(std::string(error.text).find(says), std::string::npos) << error.text;
+  const struct rig_errors errors = errors_of(with_line(rig_file_text(), key, replacement, &line));
+  expect_first(errors, line, says);
+}
+
+void expect_led_error(const std::string& key, const std::string& replacement,
+                      const std::string& says) {
+  int line = 0;
+  const struct rig_errors errors =
+      led_errors_of(with_line(board_text("dome150.leds"), key, replacement, &line));
+  expect_first(errors, line, says);
+  EXPECT_LE(errors.count, 2u) << "the reader goes on where it was";
+  EXPECT_TRUE(errors.list[0].in_leds);
 }
 
 }  // namespace
@@ -46,8 +68,38 @@ TEST(RigFile, OfTheSimulatedRigIsReadWhole) {
   EXPECT_FALSE(rig.analyser_parks_crossed);
 }
 
-TEST(RigFile, WrongKeyNamesItsLine) {
-  expect_error("leds.spi_hz", "leds.spi_mhz = 10", "unknown key 'leds.spi_mhz'");
+TEST(RigFile, WrongKeyNamesItsLineAndTheKeyThatIsMeant) {
+  expect_error("leds.spi_hz", "leds.spi_mhz = 10",
+               "unknown key 'leds.spi_mhz'; is 'leds.spi_hz' meant?");
+  expect_error("camera.iso", "camera_iso = 10", "is 'camera.iso' meant?");
+  expect_error("light.least_share", "led.0 = 0 0 0 1 0", "LEDs are listed in leds.file");
+}
+
+TEST(RigFile, KeyThatIsLikeNoOtherGetsNoSuggestion) {
+  int line = 0;
+  const auto errors = errors_of(with_line(rig_file_text(), "camera.iso", "humidity = 4", &line));
+  EXPECT_STREQ(errors.list[0].text, "unknown key 'humidity'");
+}
+
+TEST(RigFile, EveryWrongKeyIsNamedNotOnlyTheFirst) {
+  int first = 0, second = 0, third = 0;
+  std::string text = with_line(rig_file_text(), "leds.spi_hz", "leds.spi_mhz = 10", &first);
+  text = with_line(text, "camera.guard_us", "camera.guard_us = much", &second);
+  text = with_line(text, "analyser.park", "analyser.park = open", &third);
+  const struct rig_errors errors = errors_of(text);
+  ASSERT_EQ(errors.count, 4u);
+  EXPECT_EQ(errors.list[0].line, first);
+  EXPECT_EQ(errors.list[1].line, second);
+  EXPECT_EQ(errors.list[2].line, third);
+  EXPECT_STREQ(errors.list[3].text, "missing key 'leds.spi_hz'");
+}
+
+TEST(RigFile, ListOfErrorsIsBoundedAndCountsTheRest) {
+  std::string text;
+  for (int i = 0; i < 1000; i++) text += "x = 1\n";
+  const struct rig_errors errors = errors_of(text);
+  EXPECT_GT(errors.count, 1000u);
+  EXPECT_EQ(errors.list[RIG_MAX_ERRORS - 1].line, RIG_MAX_ERRORS);
 }
 
 TEST(RigFile, NumberOutOfRangeNamesKeyValueAndRange) {
@@ -71,30 +123,35 @@ TEST(RigFile, KeyGivenTwiceIsRefused) {
 
 TEST(RigFile, MissingKeyIsNamed) {
   int line = 0;
-  const struct rig_error error = error_of(with_line("camera.readout_us", "", &line));
-  EXPECT_EQ(error.line, 0);
-  EXPECT_STREQ(error.text, "missing key 'camera.readout_us'");
+  expect_first(errors_of(with_line(rig_file_text(), "camera.readout_us", "", &line)), 0,
+               "missing key 'camera.readout_us'");
 }
 
-TEST(RigFile, LedsAreCountedWithoutAGap) {
-  expect_error("led.7 ", "led.8 = 0 1 0 0 1", "'led.8' stands where 'led.7' is due");
+TEST(LedList, IsCountedWithoutAGap) {
+  expect_led_error("led.7 ", "led.8 = 0 1 0 0 1", "'led.8' stands where 'led.7' is due");
+  expect_led_error("led.7 ", "led.x = 3 9 0 0 1", "'led.x' stands where 'led.7' is due");
 }
 
-TEST(RigFile, TwoLedsNeverShareAnOutput) {
-  expect_error("led.7 ", "led.7 = 0 0 0 0 1", "which another LED has");
+TEST(LedList, TwoLedsNeverShareAnOutput) {
+  expect_led_error("led.7 ", "led.7 = 0 0 0 0 1", "which another LED has");
 }
 
-TEST(RigFile, LedDirectionMustBeAUnitVector) {
-  expect_error("led.7 ", "led.7 = 0 1 0 0 2", "length is not 1");
+TEST(LedList, DirectionMustBeAUnitVector) {
+  expect_led_error("led.7 ", "led.7 = 0 1 0 0 2", "length is not 1");
 }
 
-TEST(RigFile, LedBeyondTheChainIsRefused) {
-  expect_error("led.7 ", "led.7 = 7 1 0 0 1", "chips are 0 to 6");
-  expect_error("led.7 ", "led.7 = 0 24 0 0 1", "outputs 0 to 23");
+TEST(LedList, LedBeyondTheChainIsRefused) {
+  expect_led_error("led.7 ", "led.7 = 7 1 0 0 1", "chips are 0 to 6");
+  expect_led_error("led.7 ", "led.7 = 0 24 0 0 1", "outputs 0 to 23");
+  expect_led_error("led.7 ", "led.7 = 0 1 0 0", "needs chip, output, x, y, z");
+}
+
+TEST(LedList, WithoutAnLedIsRefused) {
+  EXPECT_STREQ(led_errors_of("# none\n").list[0].text, "missing key 'led.0'");
 }
 
 // The twin computes the same list by the rule in proto/PROTOCOL.md; this is that rule, once more.
-TEST(RigFile, ListsTheGeodesicLedsInTheOrderOfTheProtocol) {
+TEST(LedList, HasTheGeodesicLedsInTheOrderOfTheProtocol) {
   using Point = std::array<double, 3>;
   std::vector<Point> corners = {{0, 1, 0}, {0, -1, 0}};
   const double ring = 2 / std::sqrt(5.0), height = 1 / std::sqrt(5.0);

@@ -233,6 +233,30 @@ TEST_F(Rigd, BadInputIsOneLineAndExitCodeTwo) {
   expect_failure({"--rig", wrong}, 2, wrong + ":2: 'leds.spi_hz' is 99000000");
 }
 
+TEST_F(Rigd, CheckNamesEveryWrongKeyOfBothFilesWithItsLine) {
+  const std::string wrong = folder / "wrong.rig", leds = folder / "few.leds";
+  std::ofstream(wrong) << "leds.spi_mhz = 10\nleds.file = few.leds\ncamera.iso = fast\n";
+  std::ofstream(leds) << "led.0 = 0 0 0 1 0\nled.1 = 9 0 0 1 0\nled.3 = 1 0 0 1 0\n";
+  RigProcess rigd({"--check", "--rig", wrong});
+  EXPECT_EQ(rigd.exit_code(), 2);
+  const std::string errors = rigd.errors();
+  for (const std::string& line :
+       {wrong + ":1: unknown key 'leds.spi_mhz'; is 'leds.spi_hz' meant?\n",
+        wrong + ":3: 'camera.iso' needs one number, not 'fast'\n",
+        wrong + ": missing key 'light.least_share'\n", leds + ":2: 'led.1' is at chip 9",
+        leds + ":3: 'led.3' stands where 'led.2' is due"}) {
+    EXPECT_NE(errors.find(line), std::string::npos) << line << "\n" << errors;
+  }
+}
+
+TEST_F(Rigd, LedsAreLookedForBesideTheRigFileAlone) {
+  const std::string rig = folder / "some.rig";
+  std::ofstream(rig) << "leds.file = none.leds\n";
+  expect_failure({"--rig", rig}, 2, (folder / "none.leds").string() + ": cannot be read");
+  std::ofstream(rig) << "leds.file = ../none.leds\n";
+  expect_failure({"--rig", rig}, 2, "'leds.file' is a file beside this one");
+}
+
 TEST_F(Rigd, MissingTwinIsExitCodeThree) {
   expect_failure({"--twin", "/nowhere/socket"}, 3, "no twin answers");
 }

@@ -5,17 +5,16 @@
 #include <fstream>
 #include <sstream>
 
-std::string rig_file_text(const std::string& name) {
-  std::ifstream file(std::string(LAMELLA_BOARD_DIR) + "/" + name + ".rig");
+std::string board_text(const std::string& file_name) {
+  std::ifstream file(std::string(LAMELLA_BOARD_DIR) + "/" + file_name);
   std::ostringstream text;
   text << file.rdbuf();
   return text.str();
 }
 
-struct rig test_rig() {
-  const std::string text = rig_file_text();
+struct rig test_rig(const std::string& name) {
   struct rig rig;
-  struct rig_error error;
-  EXPECT_EQ(rig_parse(text.data(), text.size(), &rig, &error), LAM_OK) << error.text;
+  EXPECT_EQ(rig_read((std::string(LAMELLA_BOARD_DIR) + "/" + name + ".rig").c_str(), &rig), LAM_OK)
+      << name;
   return rig;
 }

@@ -7,6 +7,7 @@ extern "C" {
 #include "rig.h"
 }
 
-// Text of board/NAME.rig.
-std::string rig_file_text(const std::string& name = "sim");
-struct rig test_rig();
+std::string board_text(const std::string& file_name);  // of firmware/board
+inline std::string rig_file_text() { return board_text("sim.rig"); }
+
+struct rig test_rig(const std::string& name = "sim");  // board/NAME.rig with its LEDs

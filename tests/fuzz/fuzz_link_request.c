@@ -15,16 +15,6 @@ static struct rig rig;
 static uint8_t block[1 << 17];
 static size_t replies;
 
-static void read_rig(void) {
-  static char text[RIG_MAX_TEXT_BYTES];
-  struct rig_error error;
-  FILE* file = fopen(LAMELLA_RIG_FILE, "rb");
-  if (file == NULL) abort();
-  const size_t size = fread(text, 1, sizeof text, file);
-  fclose(file);
-  if (rig_parse(text, size, &rig, &error) != LAM_OK) abort();
-}
-
 static bool count_reply(void* context, const lamella_v1_Reply* reply) {
   (void)context;
   static uint8_t message[WIRE_MAX_MESSAGE_BYTES];
@@ -38,7 +28,7 @@ static bool count_reply(void* context, const lamella_v1_Reply* reply) {
 static void set_up(struct session* session, struct dialogue* dialogue) {
   static struct hal_sim sim;
   static struct store store;
-  if (rig.led_count == 0) read_rig();
+  if (rig.led_count == 0 && rig_read(LAMELLA_RIG_FILE, &rig) != LAM_OK) abort();
   if (hal_sim_open(&sim, &rig, SIM_CLOCK_VIRTUAL, kSimNoFaults, NULL) != LAM_OK) abort();
   store_init(&store, block, sizeof block);
   session_init(session, &rig, &sim.hal, &store);

@@ -17,8 +17,8 @@ TEST(Leds, AreThe150OfTheProtocolInItsOrder) {
   for (size_t i = 1; i < leds.size(); ++i) EXPECT_LE(leds[i][1], leds[i - 1][1] + 1e-4f);
 }
 
-TEST(Leds, StandWhereTheFirmwaresRigFileHasThem) {
-  const fs::path file = fs::path(LAMELLA_BOARD_DIR) / "sim.rig";
+TEST(Leds, StandWhereTheFirmwaresListHasThem) {
+  const fs::path file = fs::path(LAMELLA_BOARD_DIR) / "dome150.leds";
   std::ifstream rig(file);
   ASSERT_TRUE(rig) << file;
   const std::vector<Vec3> leds = led_directions();

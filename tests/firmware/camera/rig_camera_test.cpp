@@ -50,8 +50,8 @@ std::string answer(const Pairs& pairs, double frame_bytes = kFrameBytes) {
   kept += "camera.frame_bytes = " + std::to_string(long(frame_bytes)) + "\n";
   for (const auto& [key, value] : pairs) kept += key + " = " + value + "\n";
   struct rig rig;
-  struct rig_error error;
-  return rig_parse(kept.data(), kept.size(), &rig, &error) == LAM_OK ? "" : error.text;
+  struct rig_errors errors;
+  return rig_parse(kept.data(), kept.size(), &rig, &errors) == LAM_OK ? "" : errors.list[0].text;
 }
 
 Pairs with(const std::string& key, const std::string& value) {

@@ -1,0 +1,61 @@
+// A rig file and its list of LEDs on a disk.
+#include <stdio.h>
+#include <string.h>
+
+#include "rig.h"
+
+enum { kMaxPathChars = 512 };
+
+static char text[RIG_MAX_TEXT_BYTES + 1];  // read once, before any thread begins
+
+static size_t read_text(const char* path, struct rig_errors* errors) {
+  FILE* file = fopen(path, "rb");
+  const size_t size = file != NULL ? fread(text, 1, sizeof text, file) : 0;
+  const bool whole = file != NULL && !ferror(file);
+  if (file != NULL) fclose(file);
+  if (!whole) rig_complain(errors, 0, "cannot be read");
+  return size;
+}
+
+// A name without a folder, so that a rig file and its dome are copied together.
+static bool find_leds(const char* path, const struct rig* rig, char leds[kMaxPathChars]) {
+  const char* slash = strrchr(path, '/');
+  const int folder = slash != NULL ? (int)(slash - path) + 1 : 0;
+  const int length = snprintf(leds, kMaxPathChars, "%.*s%s", folder, path, rig->leds_file);
+  return length < kMaxPathChars && strchr(rig->leds_file, '/') == NULL;
+}
+
+static void print(const struct rig_errors* errors, const char* path, const char* leds) {
+  const size_t kept = errors->count < RIG_MAX_ERRORS ? errors->count : RIG_MAX_ERRORS;
+  for (size_t i = 0; i < kept; i++) {
+    const struct rig_error* error = &errors->list[i];
+    fprintf(stderr, "%s:", error->in_leds ? leds : path);
+    if (error->line > 0) fprintf(stderr, "%d:", error->line);
+    fprintf(stderr, " %s\n", error->text);
+  }
+  if (errors->count > kept) fprintf(stderr, "%s: %zu more\n", path, errors->count - kept);
+}
+
+static void read_leds(const char* path, struct rig* rig, struct rig_errors* errors) {
+  const size_t before = errors->count;
+  errors->in_leds = true;
+  const size_t size = read_text(path, errors);
+  if (errors->count == before) rig_parse_leds(text, size, rig, errors);
+}
+
+enum lam_status rig_read(const char* path, struct rig* rig) {
+  static struct rig_errors errors;
+  char leds[kMaxPathChars] = "";
+  memset(&errors, 0, sizeof errors);
+  memset(rig, 0, sizeof *rig);
+  const size_t size = read_text(path, &errors);
+  if (errors.count == 0) rig_parse(text, size, rig, &errors);
+  const bool named = rig->leds_file[0] != '\0';
+  if (named && !find_leds(path, rig, leds)) {
+    rig_complain(&errors, 0, "'leds.file' is a file beside this one, without a folder");
+  } else if (named) {
+    read_leds(leds, rig, &errors);
+  }
+  print(&errors, path, leds);
+  return errors.count == 0 ? LAM_OK : LAM_BAD_INPUT;
+}

@@ -1,0 +1,70 @@
+#include "rig_text.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+enum { kMaxLineBytes = 160 };
+
+void rig_complain(struct rig_errors* errors, int line, const char* format, ...) {
+  if (errors->count < RIG_MAX_ERRORS) {
+    struct rig_error* error = &errors->list[errors->count];
+    error->in_leds = errors->in_leds;
+    error->line = line;
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(error->text, sizeof error->text, format, arguments);
+    va_end(arguments);
+  }
+  errors->count++;
+}
+
+static char* trim(char* text) {
+  static const char kBlank[] = " \t\r";
+  text += strspn(text, kBlank);
+  size_t length = strlen(text);
+  while (length > 0 && strchr(kBlank, text[length - 1]) != NULL) text[--length] = '\0';
+  return text;
+}
+
+// False where the line holds no pair, which is an error unless it holds nothing at all.
+static bool split(char* line, struct rig_errors* errors, struct rig_pair* pair) {
+  line[strcspn(line, "#")] = '\0';
+  char* key = trim(line);
+  if (*key == '\0') return false;
+  char* equals = strchr(key, '=');
+  if (equals == NULL) {
+    rig_complain(errors, pair->line, "'%.40s' is not 'key = value'", key);
+    return false;
+  }
+  *equals = '\0';
+  pair->key = trim(key);
+  pair->value = trim(equals + 1);
+  return true;
+}
+
+void rig_text_each_pair(const char* text, size_t length, struct rig_errors* errors,
+                        void (*take)(void* context, const struct rig_pair* pair), void* context) {
+  struct rig_pair pair = {0};
+  if (length > RIG_MAX_TEXT_BYTES) {
+    rig_complain(errors, 0, "longer than %d bytes", RIG_MAX_TEXT_BYTES);
+    return;
+  }
+  for (size_t at = 0, bytes; at < length; at += bytes + 1) {
+    const char* newline = memchr(text + at, '\n', length - at);
+    bytes = newline != NULL ? (size_t)(newline - (text + at)) : length - at;
+    pair.line++;
+    char line[kMaxLineBytes];
+    if (bytes >= sizeof line) {
+      rig_complain(errors, pair.line, "line too long: at most %d bytes", kMaxLineBytes - 1);
+      continue;
+    }
+    if (memchr(text + at, '\0', bytes) != NULL) {
+      rig_complain(errors, pair.line, "not a text file");
+      return;
+    }
+    memcpy(line, text + at, bytes);
+    line[bytes] = '\0';
+    if (split(line, errors, &pair)) take(context, &pair);
+  }
+}
