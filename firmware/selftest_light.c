@@ -113,10 +113,18 @@ static double mean_dn(const struct led_signature* seen, unsigned camera) {
   return sum;
 }
 
+static bool names_cameras(const struct rig_linux* board) {
+  return !board->given || (board->camera_left[0] != '\0' && board->camera_right[0] != '\0');
+}
+
 // Two frames in the dark: each trigger gives one, as dark as black.
 bool selftest_cameras(struct selftest* test) {
   struct led_signature seen;
   struct hal_photograph raw[2];
+  if (!names_cameras(&test->rig->board)) {
+    selftest_skip(test, "frames", "the rig file names no two cameras");
+    return false;
+  }
   if (!photograph(test, NULL, &seen, raw)) return false;
   if (test->step + 1 < kDarkShots) return true;
   struct selftest_reading* frames = selftest_read(test, "frames of two triggers", kDarkShots, "");
@@ -240,6 +248,10 @@ static bool skip_leds(struct selftest* test) {
   struct hal_senses senses;
   if (test->hal->sense(test->hal->self, &senses) == LAM_OK && senses.estopped) {
     selftest_skip(test, "LEDs", "the emergency stop cuts their supply");
+    return true;
+  }
+  if (!names_cameras(&test->rig->board)) {
+    selftest_skip(test, "LEDs", "the rig file names no two cameras");
     return true;
   }
   if (test->quick && test->reference.led_count == 0) {

@@ -214,6 +214,17 @@ TEST(Selftest, UnderAnEmergencyStopTheLedsAreNotBlamed) {
   EXPECT_NE(bench.text().find("emergency stop cuts"), std::string::npos);
 }
 
+// A board that is being built up names its devices one after the other.
+TEST(Selftest, WhatTheRigFileDoesNotNameIsSkippedAndSaid) {
+  Bench bench;
+  bench.rig.board.given = true;
+  const struct selftest& test =
+      bench.run(only(SELFTEST_PROJECTOR) | only(SELFTEST_CAMERAS) | only(SELFTEST_LEDS));
+  EXPECT_EQ(test.bad, 0u) << bench.text();
+  ASSERT_EQ(test.count, 3u);
+  for (size_t i = 0; i < test.count; i++) EXPECT_EQ(test.readings[i].verdict, SELFTEST_SKIPPED);
+}
+
 TEST(Selftest, TheDiskIsMeasuredAgainstTheBudget) {
   Bench bench;
   struct Disk {
