@@ -319,6 +319,8 @@ static enum lam_status open_devices(struct hal_linux* board) {
     }
     board->has_camera[i] = true;
   }
+  // A board without a camera plays its edges to the end before that is told.
+  board->hal.reads_while_playing = board->has_camera[0] || board->has_camera[1];
   return LAM_OK;
 }
 
@@ -339,7 +341,6 @@ enum lam_status hal_linux_claim(struct hal_linux* board, const struct rig* rig) 
   board->hottest_c = NAN;
   board->hal = (struct hal){.name = "linux",
                             .self = board,
-                            .reads_while_playing = true,
                             .keeps_real_time = true,
                             .now_us = now_us,
                             .wait_until_us = wait_until_us,

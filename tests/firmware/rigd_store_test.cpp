@@ -27,13 +27,15 @@ class RigdStore : public ::testing::Test {
 
   std::filesystem::path store() const { return folder.path() / "store"; }
 
-  void start() {
+  void start(const std::vector<std::string>& more = {}) {
     host.reset();
     rigd.reset();
-    rigd = std::make_unique<RigProcess>(
-        std::vector<std::string>{"--hal", "sim", "--rig", LAMELLA_BOARD_DIR "/sim.rig", "--twin",
-                                 twin.path(), "--calibration", folder.path() / "calibration.json",
-                                 "--listen", "127.0.0.1:0", "--store", store()});
+    std::vector<std::string> arguments{
+        "--hal",    "sim",         "--rig",         LAMELLA_BOARD_DIR "/sim.rig",
+        "--twin",   twin.path(),   "--calibration", folder.path() / "calibration.json",
+        "--listen", "127.0.0.1:0", "--store",       store()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    rigd = std::make_unique<RigProcess>(arguments);
     host = std::make_unique<TestHost>(rigd->port());
     host->ask(hello());
   }
@@ -96,6 +98,24 @@ TEST_F(RigdStore, BurstsOutliveTheDaemonAndGoWithTheirLastAcknowledgement) {
   EXPECT_TRUE(held().empty());
   EXPECT_FALSE(std::filesystem::exists(store() / "burst-000001"));
   EXPECT_EQ(run_burst(), second + 1);
+}
+
+TEST_F(RigdStore, WhatWasTakenAgainIsMarkedOnDiskTooAndOutlivesTheDaemon) {
+  start({"--inject", "late-blank:60:3"});
+  const uint64_t burst = run_burst();
+  rigd->signal(SIGKILL);
+  start();
+  const auto offers = host->offers(burst);
+  size_t marked = 0, replaced = 0;
+  for (const auto& offer : offers) {
+    replaced += offer.frame.has_replaced_by;
+    marked += offer.marked;
+    if (offer.marked) {
+      EXPECT_TRUE(offer.frame.has_replaced_by);
+    }
+  }
+  EXPECT_EQ(marked, 2u);  // both cameras saw the late light
+  EXPECT_EQ(offers.size(), 40 + replaced);
 }
 
 TEST_F(RigdStore, TimingAndCalibrationOfAnOlderBurstAreItsOwn) {
