@@ -106,8 +106,7 @@ static enum lam_status take_display(struct linux_display* display) {
   if (failed != 0) return fail(display, "setting the projector's mode", failed);
   display->taken = true;
   display->flip_property = flip_property(display);
-  display->request = drmModeAtomicAlloc();
-  return display->request != NULL ? LAM_OK : fail(display, "the projector", ENOMEM);
+  return LAM_OK;
 }
 
 static enum lam_status open_display(struct linux_display* display, const struct rig* rig) {
@@ -127,6 +126,19 @@ enum lam_status linux_display_open(struct linux_display* display, const struct r
   return status;
 }
 
+// The call itself: a request of libdrm's would allocate while a burst is played.
+static bool flip(struct linux_display* display, uint64_t framebuffer) {
+  const uint32_t one = 1;
+  struct drm_mode_atomic commit = {.flags = DRM_MODE_ATOMIC_NONBLOCK | DRM_MODE_PAGE_FLIP_EVENT,
+                                   .count_objs = one,
+                                   .objs_ptr = (uintptr_t)&display->output.plane,
+                                   .count_props_ptr = (uintptr_t)&one,
+                                   .props_ptr = (uintptr_t)&display->flip_property,
+                                   .prop_values_ptr = (uintptr_t)&framebuffer,
+                                   .user_data = (uintptr_t)display};
+  return drmIoctl(display->fd, DRM_IOCTL_MODE_ATOMIC, &commit) == 0;
+}
+
 enum lam_status linux_display_commit(struct linux_display* display, struct hal_pattern pattern,
                                      double* at_us) {
   char name[16];
@@ -136,14 +148,7 @@ enum lam_status linux_display_commit(struct linux_display* display, struct hal_p
   if (display->broken) return LAM_HARDWARE;
   if (image == PATTERN_IMAGES) return refuse(display, name, "the projector has no such pattern");
   if (display->pending) return refuse(display, name, "the flip before has not happened yet");
-  drmModeAtomicSetCursor(display->request, 0);
-  int failed = drmModeAtomicAddProperty(display->request, display->output.plane,
-                                        display->flip_property, display->framebuffers[image]);
-  if (failed >= 0) {
-    failed = drmModeAtomicCommit(display->fd, display->request,
-                                 DRM_MODE_ATOMIC_NONBLOCK | DRM_MODE_PAGE_FLIP_EVENT, display);
-  }
-  if (failed < 0) return fail(display, name, -failed);
+  if (!flip(display, display->framebuffers[image])) return fail(display, name, errno);
   display->pattern = pattern;
   display->pending = true;
   return LAM_OK;
@@ -225,9 +230,7 @@ void linux_display_close(struct linux_display* display) {
     if (display->handles[i] != 0) drmModeDestroyDumbBuffer(display->fd, display->handles[i]);
   }
   if (display->mode_blob != 0) drmModeDestroyPropertyBlob(display->fd, display->mode_blob);
-  if (display->request != NULL) drmModeAtomicFree(display->request);
   close(display->fd);
   display->fd = -1;
   display->taken = display->pending = false;
-  display->request = NULL;
 }

@@ -24,7 +24,6 @@ struct linux_display {
   uint32_t handles[PATTERN_IMAGES], framebuffers[PATTERN_IMAGES];
   uint32_t flip_property;  // FB_ID of the plane
   size_t bytes;            // of all images
-  drmModeAtomicReq* request;
   // The flip under way, and the vblank before it.
   struct hal_pattern pattern;
   bool pending, broken;

@@ -276,9 +276,6 @@ void drmModeAtomicFree(drmModeAtomicReqPtr request) {
   kernel.objects--;
   delete request;
 }
-void drmModeAtomicSetCursor(drmModeAtomicReqPtr request, int cursor) {
-  request->items.resize(static_cast<size_t>(cursor));
-}
 int drmModeAtomicAddProperty(drmModeAtomicReqPtr request, uint32_t object, uint32_t property,
                              uint64_t value) {
   if (kernel.fails("add property")) return -ENOMEM;
@@ -287,15 +284,8 @@ int drmModeAtomicAddProperty(drmModeAtomicReqPtr request, uint32_t object, uint3
 }
 int drmModeAtomicCommit(int, const drmModeAtomicReqPtr request, uint32_t flags, void* user) {
   if (kernel.fails("commit")) return -EINVAL;
-  if (flags & DRM_MODE_PAGE_FLIP_EVENT) {
-    EXPECT_TRUE(flags & DRM_MODE_ATOMIC_NONBLOCK);
-    EXPECT_EQ(request->items.size(), 1u);
-    EXPECT_EQ(request->items[0][0], kFakePlane);
-    EXPECT_EQ(request->items[0][1], kernel.property(kFakePlane, "FB_ID").id);
-    kernel.asked = static_cast<uint32_t>(request->items[0][2]);
-    kernel.waiting = user;
-    return 0;
-  }
+  EXPECT_EQ(flags, static_cast<uint32_t>(DRM_MODE_ATOMIC_ALLOW_MODESET));
+  EXPECT_EQ(user, nullptr);
   for (const auto& [object, property, value] : request->items) {
     for (FakeDrm::Property& one : kernel.properties[static_cast<uint32_t>(object)]) {
       if (one.id != property) continue;
@@ -309,6 +299,21 @@ int drmModeAtomicCommit(int, const drmModeAtomicReqPtr request, uint32_t flags, 
       one.value = value;
     }
   }
+  return 0;
+}
+
+int drmIoctl(int, unsigned long call, void* argument) {
+  EXPECT_EQ(call, DRM_IOCTL_MODE_ATOMIC);
+  if (kernel.fails("flip")) return -1;
+  const auto* commit = static_cast<const drm_mode_atomic*>(argument);
+  EXPECT_EQ(commit->flags, uint32_t{DRM_MODE_ATOMIC_NONBLOCK | DRM_MODE_PAGE_FLIP_EVENT});
+  EXPECT_EQ(commit->count_objs, 1u);
+  EXPECT_EQ(*reinterpret_cast<const uint32_t*>(commit->objs_ptr), kFakePlane);
+  EXPECT_EQ(*reinterpret_cast<const uint32_t*>(commit->count_props_ptr), 1u);
+  EXPECT_EQ(*reinterpret_cast<const uint32_t*>(commit->props_ptr),
+            kernel.property(kFakePlane, "FB_ID").id);
+  kernel.asked = static_cast<uint32_t>(*reinterpret_cast<const uint64_t*>(commit->prop_values_ptr));
+  kernel.waiting = reinterpret_cast<void*>(commit->user_data);
   return 0;
 }
 
