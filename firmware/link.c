@@ -107,6 +107,11 @@ static void hang_up(struct link_server* server) {
   server->dialogue.greeted = false;
 }
 
+static void lose_host(struct link_server* server) {
+  session_lose_host(server->dialogue.session);
+  hang_up(server);
+}
+
 bool link_code_light(const struct link_server* server, bool* light) {
   if (!pair_is_showing(&server->pair)) return false;
   *light = pair_light(&server->pair, now_us());
@@ -200,7 +205,7 @@ static void hear_host(struct link_server* server) {
   const int count =
       link_stream_read(&server->host, server->received + server->received_count, room);
   if (count > 0) server->received_count += (size_t)count;
-  if (count < 0 || !answer_received(server)) hang_up(server);
+  if (count < 0 || !answer_received(server)) lose_host(server);
 }
 
 static bool answer_pairing(struct link_server* server) {
@@ -321,6 +326,6 @@ void link_serve(struct link_server* server, struct session* session, volatile si
       working = session_work(session);
     }
     if (session_slack_us(session) < kListenGapUs) continue;
-    if (!link_tell_news(&server->dialogue)) hang_up(server);
+    if (!link_tell_news(&server->dialogue)) lose_host(server);
   }
 }

@@ -72,6 +72,7 @@ static bool answer_burst(struct dialogue* dialogue, uint32_t id,
   struct session* session = dialogue->session;
   const enum lam_status status = session_request_burst(session, request->discard_held);
   if (status != LAM_OK) return refuse_status(dialogue, id, status);
+  if (request->ends_with_host) session_tie_to_host(session);
   lamella_v1_BurstAccepted* accepted =
       &link_begin(dialogue, id, lamella_v1_Reply_accepted_tag)->body.accepted;
   accepted->burst_id = session->burst_id;
@@ -135,6 +136,7 @@ bool link_answer(struct dialogue* dialogue, const uint8_t* message, size_t lengt
   if (dialogue->session->playing && !may_be_asked_while_playing(request.which_body)) {
     return link_refuse(dialogue, request.request_id, CODE(WRONG_STATE), "a burst is under way");
   }
+  session_hear_host(dialogue->session);
   return answer_request(dialogue, &request);
 }
 

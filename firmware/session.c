@@ -13,7 +13,8 @@ enum { kDiskWaitMs = 20 };  // hosts are heard between
 #define STATE(name) lamella_v1_RigState_##name
 
 static const double kCollectUs = 20e3;  // and so long for a photograph
-static const double kLetGoUs = 1e6;     // a camera lets go of a forgotten photograph by then
+static const double kHostSilentUs = 500e3;
+static const double kLetGoUs = 1e6;  // a camera lets go of a forgotten photograph by then
 
 void session_init(struct session* session, const struct rig* rig, struct hal* hal,
                   struct store* store) {
@@ -184,6 +185,7 @@ enum lam_status session_request_steps(struct session* session, const struct burs
   status = store_begin(session->store, &order, &session->burst_id, session->refusal,
                        sizeof session->refusal);
   if (status != LAM_OK) return status;
+  session->ends_with_host = false;
   roll_begin(&session->roll, session->rig);
   roll_add_take(&session->roll, &plan, &timeline);
   return go(session, STATE(ARMED));
@@ -247,6 +249,26 @@ static double hottest_board_c(const struct rig* rig) {
   return rig->leds_highest_junction_c - rig->leds_power_w * rig->leds_thermal_k_per_w;
 }
 
+void session_tie_to_host(struct session* session) {
+  session->ends_with_host = true;
+  session_hear_host(session);
+}
+
+void session_hear_host(struct session* session) {
+  session->host_heard_us = session->hal->now_us(session->hal->self);
+}
+
+void session_lose_host(struct session* session) {
+  const bool under_way = session->state == STATE(ARMED) || session->playing;
+  if (!session->ends_with_host || !under_way) return;
+  fail(session, LAM_PART_OTHER, "the host that the burst is tied to is gone");
+}
+
+static bool is_host_silent(const struct session* session) {
+  const double silent_us = session->hal->now_us(session->hal->self) - session->host_heard_us;
+  return session->ends_with_host && silent_us > kHostSilentUs;
+}
+
 void session_watch(struct session* session) {
   if (!session->playing) return;
   struct hal* hal = session->hal;
@@ -265,6 +287,8 @@ void session_watch(struct session* session) {
     fail(session, LAM_PART_DISK, store_fault(session->store));
   } else if (collector_has_failed(&session->collector)) {
     fail_by_collector(session);
+  } else if (is_host_silent(session)) {
+    session_lose_host(session);
   } else {
     player_hear_loopbacks(&roll_newest_take(&session->roll)->player);
   }

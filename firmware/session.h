@@ -32,7 +32,9 @@ struct session {
   char refusal[160];     // why the last request or abort was refused
   uint64_t burst_id;     // of the newest burst; the store gives it
   bool stands_crossed;
-  bool playing;  // within RUNNING: edges of the newest take
+  bool ends_with_host;   // the burst, where its host is gone while edges are played
+  double host_heard_us;  // when it last asked for something
+  bool playing;          // within RUNNING: edges of the newest take
   struct roll roll;
   struct retake retake;
   struct collector collector;
@@ -65,6 +67,12 @@ enum lam_status session_request_burst(struct session* session, bool discard_held
 // The same for given steps, at most BURST_MAX_STEPS.
 enum lam_status session_request_steps(struct session* session, const struct burst_step steps[],
                                       size_t count, bool discard_held);
+
+// The burst just begun ends, lights off, where its host is gone: session_lose_host() says so, or
+// session_hear_host() is not called for 500 ms while edges are played.
+void session_tie_to_host(struct session* session);
+void session_hear_host(struct session* session);
+void session_lose_host(struct session* session);
 
 // The plan of the burst: of its first take.
 const struct burst_plan* session_plan(const struct session* session);

@@ -1,9 +1,12 @@
 // Every cause that ends a burst puts the lights out within 10 ms. The rig is in memory; its clock
 // is moved on as the serving loop (link.c) sleeps on a real one: in rests between edges, watching.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
+#include <cstdio>
 #include <functional>
 #include <string>
 #include <vector>
@@ -145,6 +148,56 @@ TEST(LightsOff, WhereTheDiskCanTakeNoMore) {
   store_fail(&stage.store, "the disk is full", ENOSPC);
   EXPECT_LE(stage.dark_after_us(stage.now_us()), kLimitUs);
   stage.expect_fault(LAM_PART_DISK, "disk is full");
+}
+
+// Cameras are read by another thread here, as a board's are.
+TEST(LightsOff, WhereACameraIsGone) {
+  static std::atomic<bool> unplugged;
+  unplugged = false;
+  Stage stage;
+  stage.sim.hal.reads_while_playing = true;
+  stage.sim.hal.read_photograph = [](void*, unsigned, unsigned, struct hal_photograph* raw) {
+    while (!unplugged) usleep(100);
+    std::snprintf(raw->error, sizeof raw->error, "the left camera is gone");
+    return LAM_HARDWARE;
+  };
+  stage.play_until([&] { return stage.session.offered > 0; });
+  stage.play_until_lit_by_leds();
+  unplugged = true;
+  while (!collector_has_failed(&stage.session.collector)) usleep(100);
+  EXPECT_LE(stage.dark_after_us(stage.now_us()), kLimitUs);
+  stage.expect_fault(LAM_PART_CAMERA, "the left camera is gone");
+}
+
+TEST(LightsOff, WhereTheHostIsGoneThatTheBurstIsTiedTo) {
+  Stage stage;
+  session_tie_to_host(&stage.session);
+  stage.play_until_lit_by_leds();
+  const double cause_us = stage.now_us();
+  session_lose_host(&stage.session);
+  EXPECT_LE(stage.dark_after_us(cause_us), kLimitUs);
+  stage.expect_fault(LAM_PART_OTHER, "host");
+}
+
+TEST(LightsOff, WhereTheHostThatTheBurstIsTiedToFallsSilent) {
+  Stage stage;
+  session_tie_to_host(&stage.session);
+  const double silent_us = stage.session.host_heard_us + 500e3;
+  EXPECT_LE(stage.dark_after_us(silent_us), kLimitUs);
+  stage.expect_fault(LAM_PART_OTHER, "host");
+}
+
+TEST(LightsOff, NotWhereATiedHostIsHeardOrAnotherIsLost) {
+  Stage tied, free;
+  session_tie_to_host(&tied.session);
+  while (tied.is_under_way()) {
+    tied.turn();
+    session_hear_host(&tied.session);
+  }
+  EXPECT_EQ(tied.session.state, lamella_v1_RigState_RUNNING) << tied.session.fault;
+  free.play_until_lit_by_leds();
+  session_lose_host(&free.session);
+  EXPECT_TRUE(free.is_lit());
 }
 
 TEST(LightsOff, WhereTheOperatorAborts) {

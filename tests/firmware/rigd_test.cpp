@@ -122,6 +122,25 @@ TEST_F(Rigd, BurstSurvivesTheLossOfItsHost) {
   }
 }
 
+TEST_F(Rigd, ABurstThatIsTiedToItsHostEndsWithIt) {
+  RigProcess rigd(arguments({"--clock", "real"}));
+  const int port = rigd.port();
+  auto first = std::make_unique<TestHost>(port);
+  first->ask(hello());
+  lamella_v1_Request tied = request_of(lamella_v1_Request_burst_tag);
+  tied.body.burst.ends_with_host = true;
+  first->ask(tied);
+  first.reset();
+  TestHost second(port);
+  second.ask(hello());
+  lamella_v1_Status status;
+  do {
+    status = second.ask(request_of(lamella_v1_Request_status_tag)).body.status;
+  } while (status.state == lamella_v1_RigState_ARMED ||
+           status.state == lamella_v1_RigState_RUNNING);
+  EXPECT_EQ(status.state, lamella_v1_RigState_FAULT);
+}
+
 TEST_F(Rigd, TimingListsEveryEdgeWithItsActualTime) {
   RigProcess rigd(arguments());
   TestHost host(rigd.port());
