@@ -4,6 +4,7 @@
 #include <sched.h>
 #include <string.h>
 #include <time.h>
+#include <unistd.h>
 
 #include "store_inside.h"
 
@@ -61,7 +62,8 @@ static void* write_on(void* context) {
 
 static void keep_off(pthread_attr_t* attributes, int cpu) {
   cpu_set_t cpus;
-  if (cpu < 0 || sched_getaffinity(0, sizeof cpus, &cpus) != 0) return;
+  if (cpu < 0 || sysconf(_SC_NPROCESSORS_ONLN) < 2) return;  // there is no other
+  if (sched_getaffinity(0, sizeof cpus, &cpus) != 0) return;
   for (int i = 0; CPU_COUNT(&cpus) < 2 && i < CPU_SETSIZE; i++) CPU_SET(i, &cpus);
   CPU_CLR(cpu, &cpus);
   pthread_attr_setaffinity_np(attributes, sizeof cpus, &cpus);

@@ -73,8 +73,7 @@ int dequeue(v4l2_buffer* buffer) {
   buffer->sequence = frame.sequence;
   buffer->timestamp.tv_sec = long(frame.stamp_us / 1e6);
   buffer->timestamp.tv_usec = long(frame.stamp_us - double(buffer->timestamp.tv_sec) * 1e6);
-  buffer->flags =
-      frame.flags | (fake.timestamp_flag ? fake.timestamp_flag : V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC);
+  buffer->flags = frame.flags | V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
   return 0;
 }
 

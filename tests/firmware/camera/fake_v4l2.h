@@ -24,11 +24,11 @@ struct FakeControl {
 struct FakeV4l2 {
   uint32_t capabilities = 0;                               // 0: capture and streaming
   uint32_t fourcc = 0, width = 0, height = 0, stride = 0;  // forced where not 0
-  uint32_t most_buffers = 32, timestamp_flag = 0;          // 0: monotonic
-  std::map<std::string, FakeControl> controls;             // by name
-  std::map<std::string, std::string> files;                // under /sys
-  std::deque<FakeFrame> frames;                            // yet to come
-  short poll_events = 0;                                   // forced where not 0
+  uint32_t most_buffers = 32;
+  std::map<std::string, FakeControl> controls;  // by name
+  std::map<std::string, std::string> files;     // under /sys
+  std::deque<FakeFrame> frames;                 // yet to come
+  short poll_events = 0;                        // forced where not 0
 
   bool streams = false;
   size_t buffer_bytes = 0;
