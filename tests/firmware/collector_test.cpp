@@ -108,10 +108,15 @@ TEST(Collector, AnAbortedBurstLeavesNothingEvenWhileACameraIsStillBusy) {
 TEST(Collector, ASessionThatIsClosedMidwayIsForgotten) {
   Bench bench;
   SlowCameras cameras(&bench.sim.hal);
-  cameras.open = true;
   ASSERT_EQ(session_request_burst(&bench.session, false), LAM_OK);
   play(&bench.session);
+  while (cameras.begun == 0) std::this_thread::yield();
+  std::thread opener([&cameras] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    cameras.open = true;
+  });
   session_close(&bench.session);
+  opener.join();
   EXPECT_EQ(store_held(&bench.photographs), 0u);
 }
 
