@@ -4,6 +4,7 @@
 #define LAMELLA_FIRMWARE_BUDGET_H
 
 #include "burst.h"
+#include "dose.h"
 #include "rig.h"
 #include "status.h"
 
@@ -15,6 +16,7 @@ struct budget {
   double frames_bytes;   // of the whole burst, both cameras
   double memory_bytes;   // what the disk has not taken when the burst ends
   double flashes_per_s;  // LED pulses that begin within the worst second
+  struct dose dose;      // of an eye that looks into an LED
   char refusal[160];     // empty where the rig can do it
 };
 

@@ -43,9 +43,15 @@ static void describe_edges(const struct timeline* timeline, lamella_v1_Plan* pla
 
 static void describe_budget(const struct budget* budget, lamella_v1_Plan* plan) {
   plan->has_budget = true;
-  plan->budget =
-      (lamella_v1_PlanBudget){budget->leds_share,   budget->projector_share, budget->junction_c,
-                              budget->frames_bytes, budget->memory_bytes,    budget->flashes_per_s};
+  plan->budget = (lamella_v1_PlanBudget){.leds_share = budget->leds_share,
+                                         .projector_share = budget->projector_share,
+                                         .junction_c = budget->junction_c,
+                                         .frames_bytes = budget->frames_bytes,
+                                         .memory_bytes = budget->memory_bytes,
+                                         .flashes_per_s = budget->flashes_per_s,
+                                         .blue_j_per_m2_sr = budget->dose.blue_j_per_m2_sr,
+                                         .bursts_per_day = budget->dose.bursts_per_day,
+                                         .thermal_share = budget->dose.thermal_share};
 }
 
 enum lam_status plan_describe(const struct rig* rig, lamella_v1_Plan* plan) {

@@ -67,6 +67,10 @@ void print_table(const v1::Plan& plan, const std::string& rig) {
              b.junction_c(), b.flashes_per_s());
   fmt::print("  photographs {:.0f} MB, of which {:.0f} MB are in memory at the end\n",
              b.frames_bytes() * 1e-6, b.memory_bytes() * 1e-6);
+  fmt::print(
+      "  an eye that looks into an LED: {:.0f} J/m2sr of blue light, so at most {:.0f} bursts a "
+      "day\n",
+      b.blue_j_per_m2_sr(), b.bursts_per_day());
 }
 
 void print_plan_json(const v1::Plan& plan, const std::string& rig) {
@@ -97,7 +101,10 @@ void print_plan_json(const v1::Plan& plan, const std::string& rig) {
                 {"junction_c", b.junction_c()},
                 {"frames_bytes", b.frames_bytes()},
                 {"memory_bytes", b.memory_bytes()},
-                {"flashes_per_s", b.flashes_per_s()}}}});
+                {"flashes_per_s", b.flashes_per_s()},
+                {"blue_j_per_m2_sr", b.blue_j_per_m2_sr()},
+                {"bursts_per_day", b.bursts_per_day()},
+                {"thermal_share", b.thermal_share()}}}});
 }
 
 int run_plan(const PlanArguments& args) {
