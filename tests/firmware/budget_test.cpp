@@ -87,7 +87,7 @@ TEST(Budget, RefusesMoreFramesThanMemoryAndDiskTake) {
 }
 
 TEST(Plan, OfEveryRigFileThatShipsIsSafeAndWithinItsBudget) {
-  for (const char* name : {"sim", "slr", "machine_vision"}) {
+  for (const char* name : {"sim", "slr", "machine_vision", "pi4", "pi5", "beagleplay"}) {
     EXPECT_STREQ(described(test_rig(name)).refusal, "") << name;
   }
 }

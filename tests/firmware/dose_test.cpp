@@ -81,7 +81,7 @@ TEST(Dose, APulseBeyondTheThermalLimitIsRefused) {
 }
 
 TEST(Dose, OfEveryRigThatShipsLeavesRoomForAHundredBurstsADay) {
-  for (const char* name : {"sim", "slr", "machine_vision", "vm"}) {
+  for (const char* name : {"sim", "slr", "machine_vision", "vm", "pi4", "pi5", "beagleplay"}) {
     EXPECT_GT(dose_of(test_rig(name)).bursts_per_day, 100) << name;
     EXPECT_LT(dose_of(test_rig(name)).thermal_share, 0.1) << name;
   }

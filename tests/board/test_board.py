@@ -1,0 +1,123 @@
+"""firmware/board: pin table (README.md), overlay and rig file of each board say the same, and every
+overlay compiles."""
+import pathlib
+import re
+import shutil
+import subprocess
+import unittest
+
+BOARD = pathlib.Path(__file__).resolve().parents[2] / "firmware/board"
+# Board, the heading of its table, what its chain's bus and thermometer take.
+BOARDS = {"pi4": ("### Raspberry Pi 4 and 5", {2, 3, 8, 9, 10, 11}),
+          "pi5": ("### Raspberry Pi 4 and 5", {2, 3, 8, 9, 10, 11}),
+          "beagleplay": ("### BeaglePlay", {7, 8, 14})}
+PAD_OF_GPIO1 = {9: 0x19c, 10: 0x1a0, 11: 0x1a4, 12: 0x1a8, 13: 0x1ac, 22: 0x1d0, 23: 0x1d4,
+                24: 0x1d8, 25: 0x1dc}
+
+
+def pin_table(heading):
+    """Rows of the first table behind a heading: {line: (offset, pin, direction, pull)}."""
+    text = (BOARD / "README.md").read_text().split(heading + "\n", 1)[1]
+    rows = {}
+    for line in text.splitlines():
+        if line.startswith("#"):
+            break
+        cells = [cell.strip() for cell in line.strip("|").split("|")]
+        if line.startswith("|") and len(cells) > 4 and cells[1].isdigit():
+            assert cells[0] not in rows, f"{cells[0]} stands twice"
+            rows[cells[0]] = (int(cells[1]), *cells[2:5])
+    return rows
+
+
+def overlay(board):
+    text = (BOARD / f"lamella-{board}.dts").read_text()
+    return re.sub(r"//.*", "", text)
+
+
+def line_names(board):
+    """{name: offset} as the overlay gives them."""
+    listed = re.search(r"gpio-line-names = (.*?);", overlay(board), re.S)[1]
+    return {name: at for at, name in enumerate(re.findall(r'"(.*?)"', listed)) if name}
+
+
+def pulls(board):
+    """{offset: pull} as the overlay sets them."""
+    text = overlay(board)
+    if board == "beagleplay":
+        pads = {int(pad, 16): int(bits, 16)
+                for pad, bits in re.findall(r"(0x[0-9a-f]{3}) (0x[0-9a-f]{5})", text)}
+        return {at: "up" if pads[pad] & 0x20000 else "down" for at, pad in PAD_OF_GPIO1.items()}
+    found = {}
+    for group in re.findall(r"lamella_(?:up|down): [\w-]+ \{(.*?)\}", text, re.S):
+        pins = re.search(r"pins = (.*?);", group, re.S)[1]
+        up = "bias-pull-up" in group or "brcm,pull = <2>" in group
+        for pin in re.findall(r"\d+", pins):
+            assert int(pin) not in found, f"pin {pin} has two pulls"
+            found[int(pin)] = "up" if up else "down"
+    return found
+
+
+def rig_lines(board):
+    text = (BOARD / f"{board}.rig").read_text()
+    return re.findall(r"^linux\.\w+_line\s*=\s*(\S+)", text, re.M)
+
+
+class EveryBoard(unittest.TestCase):
+    def each(self):
+        for board, (heading, taken) in BOARDS.items():
+            with self.subTest(board):
+                yield board, pin_table(heading), taken
+
+    def test_has_the_overlays_names_where_its_table_has_them(self):
+        for board, table, _ in self.each():
+            self.assertEqual({name: row[0] for name, row in table.items()}, line_names(board))
+
+    def test_has_a_rig_file_that_takes_every_line_of_the_table_and_no_other(self):
+        for board, table, _ in self.each():
+            lines = rig_lines(board)
+            self.assertEqual(len(lines), len(set(lines)))
+            self.assertEqual(set(lines), set(table))
+
+    def test_uses_no_pin_twice(self):
+        for _, table, taken in self.each():
+            offsets = [row[0] for row in table.values()]
+            self.assertEqual(len(offsets), len(set(offsets)))
+            self.assertFalse(set(offsets) & taken, "a pin of the chain's bus or the thermometer")
+            pins = [row[1] for row in table.values()]
+            self.assertEqual(len(pins), len(set(pins)))
+
+    def test_pulls_each_line_as_its_table_says(self):
+        for board, table, _ in self.each():
+            self.assertEqual({row[0]: row[3] for row in table.values()}, pulls(board))
+
+    def test_pulls_blank_up_and_what_moves_or_shines_down(self):
+        for _, table, _ in self.each():
+            self.assertEqual(table["BLANK"][3], "up")
+            for name in ("TRIGGER", "LAMP", "ANALYSER", "ESTOP", "START"):
+                self.assertEqual(table[name][3], "down", name)
+
+    def test_names_a_node_for_the_chain_that_spidev_knows(self):
+        for board, _, _ in self.each():
+            self.assertIn('compatible = "rohm,dh2228fv"', overlay(board))
+
+    @unittest.skipUnless(shutil.which("dtc"), "there is no dtc (device-tree-compiler)")
+    def test_has_an_overlay_that_compiles_without_a_warning(self):
+        for board, _, _ in self.each():
+            done = subprocess.run(["dtc", "-@", "-I", "dts", "-O", "dtb", "-o", "/dev/null",
+                                   BOARD / f"lamella-{board}.dts"], capture_output=True)
+            self.assertEqual((done.returncode, done.stderr.decode()), (0, ""))
+
+
+class RaspberryPi(unittest.TestCase):
+    def test_header_pins_carry_the_lines_of_their_offsets(self):
+        header = {2: 3, 3: 5, 4: 7, 17: 11, 18: 12, 27: 13, 22: 15, 23: 16, 24: 18, 25: 22, 5: 29,
+                  6: 31, 12: 32, 13: 33, 19: 35, 16: 36, 26: 37, 20: 38, 21: 40}
+        for name, row in pin_table(BOARDS["pi4"][0]).items():
+            self.assertEqual(str(header[row[0]]), row[1], name)
+
+    def test_blank_is_on_a_pin_that_is_up_before_any_software(self):
+        self.assertLessEqual(pin_table(BOARDS["pi4"][0])["BLANK"][0], 8)
+
+
+if __name__ == "__main__":
+    unittest.main()
