@@ -382,6 +382,11 @@ enum lam_status hal_linux_open(struct hal_linux* board) {
   return LAM_OK;
 }
 
+bool hal_linux_is_lit(struct hal_linux* board) {
+  if (linux_inputs_read(&board->critical) != LAM_OK) return true;
+  return board->critical.levels[HAL_BLANK] == 0 || board->critical.levels[HAL_LAMP] == 1;
+}
+
 enum lam_status hal_linux_darken(struct hal_linux* board) {
   if (linux_inputs_read(&board->critical) != LAM_OK) return fail(board, board->critical.error);
   return darken(board);

@@ -193,16 +193,20 @@ static enum lam_status open_hal(struct daemon* daemon, const struct arguments* a
 
 static void darken(void* board) { hal_linux_darken(board); }
 
+static bool is_lit(void* board) { return hal_linux_is_lit(board); }
+
 // The lights' lines are taken, and dark, before there are two processes to hold them. 0 in the
 // sequencer, or an exit code; the supervisor does not come back.
 static int claim_lights(struct daemon* daemon) {
   daemon->hal = &daemon->board.hal;
   const enum lam_status status = hal_linux_claim(&daemon->board, &daemon->rig);
   if (status != LAM_OK) return explain(status, daemon->hal->error);
+  const int priority = (int)daemon->rig.board.priority;
   const struct supervised supervised = {
       .context = &daemon->board,
       .lights_off = darken,
-      .priority = (int)daemon->rig.board.priority,
+      .is_lit = is_lit,
+      .priority = priority < 99 ? priority + 1 : priority,  // it sleeps but for its one task
   };
   if (supervise_fork(&supervised, kExitRigFailed) == 0) return 0;
   return explain(LAM_HARDWARE, "there can be no supervisor for the sequencer");

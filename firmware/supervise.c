@@ -15,6 +15,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+static const int kDarkWithinMs = 8;
+
 static sigset_t handed_on(void) {
   sigset_t set;
   sigemptyset(&set);
@@ -36,13 +38,19 @@ static void claim_time(int priority) {
 }
 
 // Until the child has ended; its state is still to be collected then.
-static void watch(pid_t child, int child_fd, int signal_fd) {
+static void watch(const struct supervised* supervised, pid_t child, int child_fd, int signal_fd) {
   struct pollfd ends[2] = {{.fd = child_fd, .events = POLLIN}, {.fd = signal_fd, .events = POLLIN}};
+  int longest_ms = -1;
   while (ends[0].revents == 0) {
-    if (poll(ends, 2, -1) < 0 && errno != EINTR) return;
+    const int ready = poll(ends, 2, longest_ms);
+    if (ready < 0 && errno != EINTR) return;
+    if (ready == 0 && supervised->is_lit(supervised->context)) kill(child, SIGKILL);
+    if (ready == 0) longest_ms = -1;
     struct signalfd_siginfo received;
-    if (ends[1].revents == 0) continue;
-    if (read(signal_fd, &received, sizeof received) == sizeof received) kill(child, SIGTERM);
+    if (ready <= 0 || ends[1].revents == 0) continue;
+    if (read(signal_fd, &received, sizeof received) != sizeof received) continue;
+    kill(child, SIGTERM);
+    longest_ms = kDarkWithinMs;
   }
 }
 
@@ -64,7 +72,7 @@ static void supervise(const struct supervised* supervised, pid_t child, int died
     kill(child, SIGTERM);
   } else {
     claim_time(supervised->priority);
-    watch(child, child_fd, signal_fd);
+    watch(supervised, child, child_fd, signal_fd);
   }
   supervised->lights_off(supervised->context);
   _exit(explain(child, died_exit));

@@ -137,6 +137,20 @@ TEST_F(LinuxBoard, ASupervisorDarkensTheLightsAndMovesNothingElse) {
             Levels({{"BLANK", 1}, {"LATCH", 0}, {"TRIGGER", 0}, {"LAMP", 0}, {"ANALYSER", 1}}));
 }
 
+TEST_F(LinuxBoard, ALightIsOnAsTheLinesSayOrWhereTheyCannotBeRead) {
+  claim();
+  EXPECT_FALSE(hal_linux_is_lit(&board_));
+  set(HAL_BLANK, false);
+  EXPECT_TRUE(hal_linux_is_lit(&board_));
+  set(HAL_BLANK, true);
+  set(HAL_LAMP, true);
+  EXPECT_TRUE(hal_linux_is_lit(&board_));
+  set(HAL_LAMP, false);
+  EXPECT_FALSE(hal_linux_is_lit(&board_));
+  fake_gpio().deaf = true;
+  EXPECT_TRUE(hal_linux_is_lit(&board_));
+}
+
 TEST_F(LinuxBoard, ABrokenWireToTheEmergencyStopStops) {
   claim();
   ASSERT_EQ(sense(), LAM_OK);

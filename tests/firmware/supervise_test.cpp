@@ -21,6 +21,8 @@ void note_lights_off(void* context) {
   if (write(out, "off", 3) != 3) _exit(1);
 }
 
+bool lit = false;
+
 struct Outcome {
   int exit_code;
   std::string told;
@@ -33,7 +35,7 @@ Outcome run(void (*work)(), void (*meanwhile)(pid_t) = nullptr) {
   const pid_t supervisor = fork();
   if (supervisor == 0) {
     close(ends[0]);
-    const struct supervised supervised = {&ends[1], note_lights_off, 0};
+    const struct supervised supervised = {&ends[1], note_lights_off, [](void*) { return lit; }, 0};
     if (supervise_fork(&supervised, kDiedExit) == 0) {
       if (write(ends[1], "run ", 4) != 4) _exit(1);
       work();
@@ -60,6 +62,14 @@ void wait_for_signals() {
   sigsuspend(&none);
 }
 
+void ignore_signals() {
+  signal(SIGTERM, SIG_IGN);
+  sigset_t none;
+  sigemptyset(&none);
+  sigprocmask(SIG_SETMASK, &none, nullptr);
+  for (;;) pause();
+}
+
 }  // namespace
 
 TEST(Supervisor, HandsOnTheSequencersExitCode) {
@@ -83,4 +93,29 @@ TEST(Supervisor, IsFollowedByTheSequencerWhenItIsKilledItself) {
   const Outcome outcome = run(wait_for_signals, [](pid_t pid) { kill(pid, SIGKILL); });
   EXPECT_EQ(outcome.exit_code, -SIGKILL);
   EXPECT_EQ(outcome.told, "run ") << "the pipe has closed: its sequencer ended too";
+}
+
+TEST(Supervisor, KillsASequencerThatKeepsALightOnAfterItWasToldToEnd) {
+  lit = true;
+  const Outcome outcome = run(ignore_signals, [](pid_t pid) {
+    usleep(50000);  // until it ignores signals
+    kill(pid, SIGTERM);
+  });
+  lit = false;
+  EXPECT_EQ(outcome.exit_code, kDiedExit);
+  EXPECT_EQ(outcome.told, "run off");
+}
+
+TEST(Supervisor, GivesADarkSequencerTheTimeToEndByItself) {
+  const auto end_slowly = [] {
+    signal(SIGTERM, [](int) {
+      usleep(100000);
+      _exit(5);
+    });
+    sigset_t none;
+    sigemptyset(&none);
+    sigsuspend(&none);
+  };
+  const Outcome outcome = run(end_slowly, [](pid_t pid) { kill(pid, SIGTERM); });
+  EXPECT_EQ(outcome.exit_code, 5);
 }
