@@ -170,6 +170,7 @@ static size_t nearest(const struct selftest* test, const struct led_signature* s
 static void judge_led(struct selftest* test, size_t led, const struct led_signature* seen) {
   const struct led_signature* own = &test->reference.leds[led];
   const double expected = led_signature_norm(own);
+  if (expected == 0) return;  // hidden when it was learned
   const double share = led_signature_norm(seen) / expected;
   const double distance = led_signature_distance(seen, own) / expected;
   const size_t other = nearest(test, seen);
@@ -203,6 +204,15 @@ static int by_size(const void* a, const void* b) {
   return (x > y) - (x < y);
 }
 
+// An LED that lights nothing the cameras see may be behind the subject: only eyes can tell. Its
+// reference is empty, and later tests leave it out.
+static void hide(struct selftest* test, size_t led) {
+  char name[48];
+  name_led(test, led, name);
+  test->reference.leds[led] = (struct led_signature){{0}};
+  selftest_skip(test, name, "hidden from both cameras, or dead: look whether it lights up");
+}
+
 // Without a reference an LED is dead where it gives far less light than the middle one.
 static void judge_unlearned(struct selftest* test) {
   const size_t count = test->rig->led_count;
@@ -212,7 +222,12 @@ static void judge_unlearned(struct selftest* test) {
   const double middle = fmax(sorted[count / 2], 1e-3);
   for (size_t i = 0; i < count; i++) {
     const double share = test->brightness[i] / middle;
-    if (share < kDeadShare) blame(test, i, share, "dead, against the middle one of all LEDs");
+    if (share >= kDeadShare) continue;
+    if (test->learning) {
+      hide(test, i);
+    } else {
+      blame(test, i, share, "dead, or hidden from both cameras: against the middle one of all");
+    }
   }
 }
 
@@ -231,8 +246,7 @@ static void keep_reference(struct selftest* test) {
 static bool finish_leds(struct selftest* test) {
   const bool learned = test->reference.led_count > 0;
   if (!learned || test->learning) judge_unlearned(test);
-  if (test->learning && test->blamed == 0) keep_reference(test);
-  if (test->learning && test->blamed > 0) test->reference.led_count = 0;
+  if (test->learning) keep_reference(test);
   if (!learned && !test->learning) {
     selftest_skip(test, "reference", "none: dead LEDs alone are told; --learn on a good rig");
   }
