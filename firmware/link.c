@@ -17,7 +17,7 @@ static const double kPairPollUs = 40000;  // how smoothly the code blinks
 // On a real clock the loop sleeps until this long before an edge, and looks at the rig this often.
 static const double kReadyUs = 1000;
 static const double kWatchEveryUs = 2000;
-static const int kSendTimeoutMs = 5000;
+static const int kSendTimeoutMs = 2000;  // below the service manager's watchdog
 
 enum { LISTENER, HOST, PAIRING, FIRST_GUEST, POLLED = FIRST_GUEST + DOOR_GUESTS };
 

@@ -9,6 +9,7 @@
 #include "hal_linux.h"
 #include "hal_sim.h"
 #include "link.h"
+#include "link_announce.h"
 #include "plan.h"
 #include "rig.h"
 #include "selftest.h"
@@ -28,6 +29,7 @@ static const char kUsage[] =
     "       lamella-rigd --hal linux --rig FILE --calibration FILE --listen ADDRESS:PORT\n"
     "                    --state FOLDER [--name NAME] [--store FOLDER]\n"
     "                    [--standalone] [--led-reference FILE]\n"
+    "       lamella-rigd --announce FILE --state FOLDER --listen ADDRESS:PORT [--name NAME]\n"
     "       lamella-rigd --check --rig FILE\n"
     "       lamella-rigd --plan --rig FILE   (writes lamella.v1.Plan to standard output)\n"
     "faults of the simulated rig:\n" SIM_FAULT_NAMES;
@@ -35,6 +37,7 @@ static const char kUsage[] =
 struct arguments {
   const char *hal, *rig, *twin, *calibration, *listen;
   const char *state, *name;   // of the link: see link_place
+  const char* announce;       // write this file for Avahi, and end
   const char* store;          // NULL: photographs are kept in memory alone
   const char* led_reference;  // NULL: a reference that is learned is not kept
   bool standalone;            // the button starts bursts
@@ -79,6 +82,7 @@ static bool require(const char* value, const char* option) {
 }
 
 static bool is_complete(const struct arguments* arguments) {
+  if (arguments->announce != NULL) return true;
   if (arguments->check || arguments->plan) return require(arguments->rig, "--rig");
   if (!require(arguments->hal, "--hal") || !require(arguments->rig, "--rig") ||
       !require(arguments->calibration, "--calibration") ||
@@ -104,6 +108,7 @@ static bool parse_arguments(int argc, char** argv, struct arguments* arguments) 
                                            {"store", required_argument, NULL, 's'},
                                            {"state", required_argument, NULL, 'S'},
                                            {"name", required_argument, NULL, 'n'},
+                                           {"announce", required_argument, NULL, 'A'},
                                            {"standalone", no_argument, NULL, 'a'},
                                            {"led-reference", required_argument, NULL, 'e'},
                                            {NULL, 0, NULL, 0}};
@@ -123,6 +128,7 @@ static bool parse_arguments(int argc, char** argv, struct arguments* arguments) 
     if (option == 'n') arguments->name = optarg;
     if (option == 'a') arguments->standalone = true;
     if (option == 'e') arguments->led_reference = optarg;
+    if (option == 'A') arguments->announce = optarg;
     if (option == 'i') good = sim_faults_parse(optarg, &arguments->faults);
     if (!good) fprintf(stderr, "lamella-rigd: '%s' is no value of its option\n", optarg);
     if (!good || option == '?') {
@@ -284,10 +290,18 @@ static int write_plan(const struct rig* rig) {
   return explain(LAM_HARDWARE, "the plan cannot be written to standard output");
 }
 
+static int announce(const struct arguments* arguments) {
+  char error[LINK_FILE_PATH_CHARS + 160];
+  const struct link_place place = {arguments->listen, arguments->state, arguments->name};
+  const enum lam_status status = announce_write(arguments->announce, &place, error, sizeof error);
+  return status == LAM_OK ? 0 : explain(status, error);
+}
+
 int main(int argc, char** argv) {
   static struct daemon daemon;
   struct arguments arguments;
   if (!parse_arguments(argc, argv, &arguments)) return kExitBadInput;
+  if (arguments.announce != NULL) return announce(&arguments);
   if (arguments.check || arguments.plan) {
     if (rig_read(arguments.rig, &daemon.rig) != LAM_OK) return kExitBadInput;
     return arguments.plan ? write_plan(&daemon.rig) : 0;

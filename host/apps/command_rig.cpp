@@ -180,9 +180,12 @@ void add_rig_command(CLI::App* rig, const std::string& name, const std::string& 
                      const std::function<void(const RigArguments&)>& run) {
   auto args = std::make_shared<RigArguments>();
   CLI::App* command = rig->add_subcommand(name, help);
-  command->add_option("--rig", args->rig, "HOST:PORT of the rig")->required();
+  command->add_option("--rig", args->rig, "HOST:PORT; else the one paired rig on this network");
   command->add_flag("--json", args->json, "Report as JSON");
-  command->callback([args, run] { run(*args); });
+  command->callback([args, run] {
+    if (args->rig.empty()) args->rig = the_paired_rig();
+    run(*args);
+  });
 }
 
 }  // namespace
@@ -201,6 +204,7 @@ void add_rig(CLI::App& app, int* exit_code) {
   plan->callback([args, exit_code] { *exit_code = run_plan(*args); });
   add_rig_command(rig, "status", "What a rig is doing, and what it holds",
                   [exit_code](const RigArguments& a) { *exit_code = run_status(a); });
+  add_rig_list(rig, exit_code);
   add_rig_pair(rig, exit_code);
   add_rig_command(rig, "abort", "Lights off: drops the burst under way, clears a fault",
                   [exit_code](const RigArguments& a) { *exit_code = run_abort(a); });

@@ -15,8 +15,14 @@ void add_render(CLI::App& app, int* exit_code);
 void add_compare(CLI::App& app, int* exit_code);
 void add_export(CLI::App& app, int* exit_code);
 void add_rig(CLI::App& app, int* exit_code);
-void add_rig_pair(CLI::App* rig, int* exit_code);      // a part of the one above
-void add_rig_selftest(CLI::App* rig, int* exit_code);  // a subcommand of `rig`
+// Parts of the one above.
+void add_rig_pair(CLI::App* rig, int* exit_code);
+void add_rig_list(CLI::App* rig, int* exit_code);
+void add_rig_selftest(CLI::App* rig, int* exit_code);
+
+// HOST:PORT of the one paired rig on this network. Throws Error (kRig) where there is not one.
+std::string the_paired_rig();
+
 void add_review(CLI::App& app, int* exit_code);
 
 }  // namespace lamella::apps

@@ -9,6 +9,7 @@
 #include <vector>
 
 extern "C" {
+#include "link_announce.h"
 #include "link_pair.h"
 #include "pb_encode.h"
 }
@@ -253,4 +254,19 @@ TEST_F(Pairing, KeyThatOthersMayReadIsRefused) {
   std::filesystem::permissions(folder / "key.pem", std::filesystem::perms(0600));
   std::ofstream(folder / "key.pem") << "no key\n";
   EXPECT_EQ(identity_open(&identity, folder.c_str(), error, sizeof error), LAM_BAD_INPUT);
+}
+
+TEST_F(Pairing, AnnouncementNamesPortAndKeyAndNothingThatXmlCouldMistake) {
+  char error[400];
+  const std::string file = folder / "lamella.service", state = folder;
+  struct link_place place = {"0.0.0.0:7391", state.c_str(), "studio rig"};
+  ASSERT_EQ(announce_write(file.c_str(), &place, error, sizeof error), LAM_OK) << error;
+  std::ifstream stream(file);
+  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  EXPECT_NE(text.find("<name replace-wildcards=\"no\">studio rig</name>"), std::string::npos);
+  EXPECT_NE(text.find("<port>7391</port>"), std::string::npos);
+  place.name = "<rig>";
+  EXPECT_EQ(announce_write(file.c_str(), &place, error, sizeof error), LAM_BAD_INPUT);
+  place = {"0.0.0.0:0", state.c_str(), nullptr};
+  EXPECT_EQ(announce_write(file.c_str(), &place, error, sizeof error), LAM_BAD_INPUT);
 }
