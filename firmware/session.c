@@ -299,6 +299,11 @@ static bool collect(struct session* session) {
   return true;
 }
 
+static bool give_up_retake(struct session* session, const char* why) {
+  snprintf(session->retake.why_not, sizeof session->retake.why_not, "%s", why);
+  return false;
+}
+
 // Another take of what went wrong, where there is some and there is time.
 static bool retake(struct session* session) {
   struct roll* roll = &session->roll;
@@ -310,6 +315,10 @@ static bool retake(struct session* session) {
   if (!retake_find(roll, session->stands_crossed, hal->now_us(hal->self), &session->retake)) {
     return false;
   }
+  if (!store_has_room(session->store, (uint32_t)(2 * session->retake.plan.count),
+                      session->rig->camera_frame_bytes)) {
+    return give_up_retake(session, "the disk has no room");
+  }
   hal->wait_until_us(hal->self, session->retake.rest_us);
   struct take* take = roll_add_take(roll, &session->retake.plan, &session->retake.timeline);
   if (player_resume(&take->player, hal, session->rig, &take->plan, &take->timeline) != LAM_OK) {
@@ -318,9 +327,7 @@ static bool retake(struct session* session) {
   const double end_us = roll_zero_us(roll, roll->take_count - 1) + take->plan.duration_us;
   if (end_us > session->rig->burst_longest_us) {
     roll_withdraw_take(roll);
-    snprintf(session->retake.why_not, sizeof session->retake.why_not,
-             "the rig came to rest too late");
-    return false;
+    return give_up_retake(session, "the rig came to rest too late");
   }
   roll_replace(roll);
   session->playing = true;

@@ -137,6 +137,15 @@ static void find_room(struct store* store) {
   }
 }
 
+bool store_has_room(struct store* store, uint32_t frames, double frame_bytes) {
+  if (!store->on_disk) return true;
+  pthread_mutex_lock(&store->lock);
+  const size_t queued = store->count - store->written;
+  pthread_mutex_unlock(&store->lock);
+  const double needed = (double)(frames + queued) * frame_bytes + kSpareBytes;
+  return (double)disk_free_bytes(&store->disk) >= needed;
+}
+
 uint8_t* store_room(struct store* store, size_t* room) {
   pthread_mutex_lock(&store->lock);
   find_room(store);

@@ -92,6 +92,10 @@ void store_close(struct store* store);
 enum lam_status store_begin(struct store* store, const struct store_order* order,
                             uint64_t* burst_id, char* why, size_t why_size);
 
+// Whether the disk has room for more photographs than the burst was begun for. In memory alone that
+// is the budget's to say (budget.h).
+bool store_has_room(struct store* store, uint32_t frames, double frame_bytes);
+
 // Where the next photograph's bytes go. On disk it waits until the disk has taken enough.
 uint8_t* store_room(struct store* store, size_t* room);
 // Keeps a photograph whose `size` bytes were put there. False where there is no place for it:

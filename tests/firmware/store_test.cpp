@@ -98,6 +98,17 @@ TEST(Store, ABurstThatTheDiskHasNoRoomForIsRefusedBeforeItBegins) {
   EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()), 0);
 }
 
+TEST(Store, TellsWhetherABurstMayBringMorePhotographsThanItBeganWith) {
+  const TemporaryFolder folder;
+  StoreBench bench(folder.path());
+  EXPECT_TRUE(store_has_room(&bench.store, 2, 1e18));  // in memory the budget has said so
+  ASSERT_TRUE(bench.open()) << bench.why;
+  const uint64_t burst = bench.begin(1);
+  ASSERT_TRUE(bench.keep(burst, 0));
+  EXPECT_TRUE(store_has_room(&bench.store, 2, kBenchFrameBytes));
+  EXPECT_FALSE(store_has_room(&bench.store, 2, 1e18));
+}
+
 TEST(Store, AnIdIsNeverGivenTwiceWhateverBecomesOfTheBursts) {
   const TemporaryFolder folder;
   Promises promises;
