@@ -28,8 +28,6 @@ static const struct camera_key kKeys[RIG_CAMERA_KEYS] = {
     KEY(exposure_step_us, NUMBER, false, 0.001, 1000),
     KEY(stamp, STAMP, true, 0, 0),
     KEY(stamp_late_us, NUMBER, true, 0, 1e6),
-    KEY(leds_radiance_scale, NUMBER, false, 1e-6, 1e6),
-    KEY(projector_radiance_scale, NUMBER, false, 1e-6, 1e6),
 };
 
 static size_t index_of(const char* key) {

@@ -10,8 +10,6 @@
 //   camera.exposure_step_us edge alone, V4L2 alone: the unit of the camera's control "Exposure"
 //   camera.stamp            the instant that a frame's time stamp is of: opened, closed, read_out
 //   camera.stamp_late_us    the stamp may come this much after that instant
-//   camera.leds_radiance_scale, camera.projector_radiance_scale   optional: radiance of a
-//                           full-scale pixel under either light (calibration measures it)
 #ifndef LAMELLA_FIRMWARE_RIG_CAMERA_H
 #define LAMELLA_FIRMWARE_RIG_CAMERA_H
 
@@ -19,7 +17,7 @@
 
 #include "raw_pixels.h"
 
-enum { RIG_CAMERA_KEYS = 11 };
+enum { RIG_CAMERA_KEYS = 9 };
 
 enum rig_stamp { RIG_STAMP_OPENED, RIG_STAMP_CLOSED, RIG_STAMP_READ_OUT };
 
@@ -31,7 +29,6 @@ struct rig_camera {
   double exposure_step_us;
   enum rig_stamp stamp;
   double stamp_late_us;
-  double leds_radiance_scale, projector_radiance_scale;  // 0 where not given
   bool seen[RIG_CAMERA_KEYS];
 };
 

@@ -17,7 +17,7 @@ HOST = {
     "twin": {"base", "io", "proto"},
 }
 # Only these firmware files may touch the operating system.
-FIRMWARE_OS = re.compile(r"^(hal_.*|store.*|link.*|supervise.*|collector|main)\.(c|h)$")
+FIRMWARE_OS = re.compile(r"^(hal_.*|store.*|link.*|supervise.*|collector|main)\.(c|cpp|h)$")
 OS_HEADER = re.compile(
     r"^(sys/|systemd/|arpa/|netinet/|linux/|net/|"
     r"(unistd|fcntl|signal|poll|pthread|sched|dirent|termios|netdb)\.h$)")
