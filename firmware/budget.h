@@ -8,6 +8,10 @@
 #include "rig.h"
 #include "status.h"
 
+// No more than three flashes within any second (WCAG 2.3.1, ITU-R BT.1702) are taken to be harmless
+// to everybody.
+enum { BUDGET_HARMLESS_FLASHES_PER_S = 3 };
+
 struct budget {
   // White surface at the subject, evenly lit, behind the analyser: share of the sensor's
   // saturation. Luminance E T / pi, exposure 0.65 L t / N^2, saturation 78 / ISO (ISO 12232).

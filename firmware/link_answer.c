@@ -70,6 +70,7 @@ static bool answer_hello(struct dialogue* dialogue, uint32_t id, const lamella_v
 static bool answer_burst(struct dialogue* dialogue, uint32_t id,
                          const lamella_v1_BurstRequest* request) {
   struct session* session = dialogue->session;
+  session->flashing_unconfirmed = !request->flashing_confirmed;
   const enum lam_status status = session_request_burst(session, request->discard_held);
   if (status != LAM_OK) return refuse_status(dialogue, id, status);
   if (request->ends_with_host) session_tie_to_host(session);

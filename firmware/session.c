@@ -148,6 +148,14 @@ static enum lam_status compile(struct session* session, const struct burst_step 
   if (budget_check(session->rig, plan, &budget) != LAM_OK) {
     return refuse(session, LAM_UNSAFE, budget.refusal);
   }
+  if (session->flashing_unconfirmed && budget.flashes_per_s > BUDGET_HARMLESS_FLASHES_PER_S) {
+    char why[160];
+    snprintf(why, sizeof why,
+             "%.0f flashes in a second: more than %d need the operator's word that this subject "
+             "bears them (flashing_confirmed)",
+             budget.flashes_per_s, BUDGET_HARMLESS_FLASHES_PER_S);
+    return refuse(session, LAM_UNSAFE, why);
+  }
   return LAM_OK;
 }
 

@@ -43,9 +43,10 @@ struct session {
   const char* ends_unwhole;    // why the burst ends in the store once the collector is idle
   lamella_v1_Latency latency;  // of this daemon
   lamella_v1_BurstDone done;
-  bool heart;         // level of the heartbeat's line
-  bool has_news;      // BurstDone or FAULT that no host was told yet
-  bool has_progress;  // a photograph more that no host was told of yet
+  bool flashing_unconfirmed;  // nobody has said that this subject bears flashing light
+  bool heart;                 // level of the heartbeat's line
+  bool has_news;              // BurstDone or FAULT that no host was told yet
+  bool has_progress;          // a photograph more that no host was told of yet
 };
 
 // The session stays where it is until it is closed.

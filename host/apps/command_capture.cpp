@@ -29,6 +29,7 @@ struct Options {
   SimulatedRigOptions simulated;
   bool held = false;
   bool discard_held = false;
+  bool flashing_confirmed = false;
   bool replace = false;
   bool json = false;
 };
@@ -121,8 +122,11 @@ LinkOptions link_options(const Options& options) {
 // Everything between a rig that answers and a session in its place.
 int capture_from(const std::string& address, const Options& options, WholeFolder* folder) {
   LinkClient rig(address, link_options(options));
-  const Burst burst = options.held ? rig.held_burst()
-                                   : rig.run_burst(options.simulated.subject, options.discard_held);
+  // Nobody sits before the simulated rig.
+  const bool confirmed = options.flashing_confirmed || options.rig == "sim";
+  const Burst burst =
+      options.held ? rig.held_burst()
+                   : rig.run_burst(options.simulated.subject, options.discard_held, confirmed);
   Reception reception;
   {
     Progress progress("photographs", int(burst.frame_count));
@@ -192,6 +196,8 @@ void add_capture(CLI::App& app, int* exit_code) {
   command->add_flag("--held", options->held, "Fetch what the rig still holds; no new burst");
   command->add_flag("--discard-held", options->discard_held,
                     "Give up photographs of an earlier burst that the rig still holds");
+  command->add_flag("--flashing-confirmed", options->flashing_confirmed,
+                    "This subject was asked, and knows of no fit brought on by flashing light");
   command->add_flag("--replace", options->replace,
                     "Put the new session where an old one is; the old one is lost");
   command->add_flag("--json", options->json, "Report as JSON");

@@ -201,6 +201,7 @@ Reception receive_session(LinkClient* rig, const Burst& burst, const fs::path& f
   Reception reception;
   Cameras cameras;
   reception.manifest = read_calibration(rig, &cameras);
+  reception.manifest.set_flashing_confirmed(burst.flashing_confirmed);
   require_shown_patterns(rig->welcome(), reception.manifest);
   reception.offers = rig->offers(burst);
   if (reception.offers.size() != burst.frame_count) {

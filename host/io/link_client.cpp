@@ -183,15 +183,18 @@ v1::SelftestResult LinkClient::selftest(const std::vector<std::string>& only, bo
   return reply.selftest();
 }
 
-Burst LinkClient::run_burst(const std::string& subject, bool discard_held) {
+Burst LinkClient::run_burst(const std::string& subject, bool discard_held,
+                            bool flashing_confirmed) {
   v1::Request request;
   request.mutable_burst()->set_subject(subject);
   request.mutable_burst()->set_discard_held(discard_held);
+  request.mutable_burst()->set_flashing_confirmed(flashing_confirmed);
   v1::Reply reply;
   const Break broken = ask(&request, &reply);
   if (broken) fail("link cut while starting the burst (" + *broken + ")", kCheckLink);
   if (!reply.has_accepted()) fail("answered the request for a burst with something else");
   Burst burst;
+  burst.flashing_confirmed = flashing_confirmed;
   burst.id = reply.accepted().burst_id();
   burst.step_count = reply.accepted().step_count();
   burst.planned_us = reply.accepted().planned_us();

@@ -31,6 +31,7 @@ struct Burst {
   uint32_t step_count = 0;
   double planned_us = 0;
   uint32_t frame_count = 0;
+  bool flashing_confirmed = false;
   bool marked = false;  // an edge came later than its tolerance
   uint32_t late_edges = 0;
   std::string verdict;
@@ -57,7 +58,9 @@ class LinkClient {
 
   // Runs a burst and waits for its end. Never asked for twice: light on a face is not retried.
   // A rig that still holds photographs refuses, unless they may be discarded.
-  Burst run_burst(const std::string& subject, bool discard_held = false);
+  // More than three flashes a second are refused unless confirmed for this subject.
+  Burst run_burst(const std::string& subject, bool discard_held = false,
+                  bool flashing_confirmed = false);
 
   // The burst whose photographs the rig still holds, as far as it is known.
   Burst held_burst();

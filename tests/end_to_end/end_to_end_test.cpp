@@ -57,7 +57,8 @@ class EndToEnd : public ::testing::Test {
     ChildProcess firmware("rigd-" + name, arguments, folder_->path());
     const std::string address =
         firmware.wait_for_line("listening on ", kReady_s, [] { return false; });
-    return testing::run_lamella({"capture", "--rig", address, "--out", at(name)});
+    return testing::run_lamella(
+        {"capture", "--rig", address, "--out", at(name), "--flashing-confirmed"});
   }
 
   // Mean radiance of one photograph.

@@ -244,6 +244,18 @@ TEST_F(Link, PhotographIsForgottenAfterItsAckAndNotBefore) {
   expect_refusal(lamella_v1_Refusal_Code_NOT_FOUND, "no such photograph");
 }
 
+TEST_F(Link, ABurstThatFlashesNeedsTheOperatorsWordForThisSubject) {
+  greet();
+  lamella_v1_Request request = request_of(lamella_v1_Request_burst_tag);
+  request.body.burst.flashing_confirmed = false;
+  ASSERT_TRUE(answer(request));
+  expect_refusal(lamella_v1_Refusal_Code_UNSAFE, "8 flashes in a second: more than 3 need");
+  EXPECT_EQ(session.state, lamella_v1_RigState_IDLE);
+  request.body.burst.flashing_confirmed = true;
+  ASSERT_TRUE(answer(request));
+  EXPECT_EQ(replies[0].which_body, lamella_v1_Reply_accepted_tag);
+}
+
 TEST_F(Link, WhileABurstIsPlayedOnlyHelloStatusAndAbortAreHeard) {
   greet();
   ASSERT_TRUE(answer(request_of(lamella_v1_Request_burst_tag)));

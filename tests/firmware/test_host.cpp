@@ -26,6 +26,7 @@ extern char** environ;
 lamella_v1_Request request_of(pb_size_t body) {
   lamella_v1_Request request = lamella_v1_Request_init_zero;
   request.which_body = body;
+  if (body == lamella_v1_Request_burst_tag) request.body.burst.flashing_confirmed = true;
   return request;
 }
 

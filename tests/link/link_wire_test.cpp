@@ -109,7 +109,7 @@ TEST_F(Wire, PairedHostTakesABurstAndNothingOfItIsReadableOnTheWire) {
   RecordingProxy proxy(rigd.port());
   LinkClient client(proxy.address(), link("host", rig_key()));
   EXPECT_NE(client.calibration().find("lamella.session.v1"), std::string::npos);
-  const auto offers = client.offers(client.run_burst("sphere"));
+  const auto offers = client.offers(client.run_burst("sphere", false, true));
   ASSERT_EQ(offers.size(), 40u);
   for (const v1::FrameOffer& offer : offers) client.acknowledge(offer);
   for (const auto& stream : {proxy.from_rig(), proxy.from_host()}) {
@@ -124,7 +124,7 @@ TEST_F(Wire, TransferGoesOnAtAnyByteThatTheLineIsCutAt) {
   RigUnderTest rigd(arguments());
   RecordingProxy proxy(rigd.port());
   LinkClient client(proxy.address(), link("host", rig_key()));
-  const auto offers = client.offers(client.run_burst("sphere"));
+  const auto offers = client.offers(client.run_burst("sphere", false, true));
   const std::vector<uint8_t> whole = client.photograph(offers[3]);
   // In the handshake, in a record's first byte, in the middle of a chunk, between two.
   for (const size_t cut : {1u, 300u, 900u, 1500u, 20000u, 33000u, 70001u, 100000u}) {
