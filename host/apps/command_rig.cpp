@@ -143,6 +143,7 @@ void print_status(const LinkClient& client, const v1::Status& status, const RigA
                   {"median_us", status.latency().median_us()},
                   {"p99_us", status.latency().p99_us()},
                   {"highest_us", status.latency().highest_us()}}},
+                {"bursts_held", status.bursts_held()},
                 {"hal", client.welcome().hal()},
                 {"firmware", client.welcome().firmware_version()}});
     return;
@@ -153,7 +154,8 @@ void print_status(const LinkClient& client, const v1::Status& status, const RigA
              client.welcome().led_count(), client.welcome().camera_count());
   fmt::print("  waits end {:.1f} us late, at most {:.1f} us, in {} at its start\n",
              status.latency().median_us(), status.latency().highest_us(), status.latency().waits());
-  fmt::print("  photographs held: {} of burst {}\n", status.frames_held(), status.burst_id());
+  fmt::print("  photographs held: {} of burst {}; bursts held: {}\n", status.frames_held(),
+             status.burst_id(), status.bursts_held());
 }
 
 LinkOptions link_to(const std::string& address) {
@@ -209,6 +211,7 @@ void add_rig(CLI::App& app, int* exit_code) {
   add_rig_command(rig, "abort", "Lights off: drops the burst under way, clears a fault",
                   [exit_code](const RigArguments& a) { *exit_code = run_abort(a); });
   add_rig_selftest(rig, exit_code);
+  add_rig_bursts(rig, exit_code);
 }
 
 }  // namespace lamella::apps

@@ -19,6 +19,7 @@ void add_rig(CLI::App& app, int* exit_code);
 void add_rig_pair(CLI::App* rig, int* exit_code);
 void add_rig_list(CLI::App* rig, int* exit_code);
 void add_rig_selftest(CLI::App* rig, int* exit_code);
+void add_rig_bursts(CLI::App* rig, int* exit_code);
 
 // HOST:PORT of the one paired rig on this network. Throws Error (kRig) where there is not one.
 std::string the_paired_rig();

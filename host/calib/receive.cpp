@@ -47,8 +47,8 @@ void blame_rig(const Check& check) {
 
 using Cameras = std::map<std::string, Camera>;
 
-v1::Session read_calibration(LinkClient* rig, Cameras* cameras) {
-  const std::string text = rig->calibration();
+v1::Session read_calibration(BurstSource* rig, const Burst& burst, Cameras* cameras) {
+  const std::string text = rig->calibration(burst);
   v1::Session manifest;
   blame_rig([&] {
     parse_json(text, "its calibration", &manifest);
@@ -143,7 +143,7 @@ class DarkRoom {
   std::exception_ptr failure_;
 };
 
-void receive_photographs(LinkClient* rig, const fs::path& folder, const Cameras& cameras,
+void receive_photographs(BurstSource* rig, const fs::path& folder, const Cameras& cameras,
                          const std::function<void(int)>& progress, Reception* reception) {
   for (const v1::FrameOffer& offer : reception->offers) check_offer(offer, cameras);
   DarkRoom dark_room(folder);
@@ -196,15 +196,17 @@ std::string frame_file(const v1::Frame& frame) {
   return "frames/retaken/" + frame.camera() + "/" + name + ".exr";
 }
 
-Reception receive_session(LinkClient* rig, const Burst& burst, const fs::path& folder,
-                          const std::function<void(int)>& progress) {
+Reception receive_session(BurstSource* rig, const Burst& burst, const fs::path& folder,
+                          const std::function<void(int)>& progress, Extent extent) {
   Reception reception;
   Cameras cameras;
-  reception.manifest = read_calibration(rig, &cameras);
+  reception.manifest = read_calibration(rig, burst, &cameras);
   reception.manifest.set_flashing_confirmed(burst.flashing_confirmed);
-  require_shown_patterns(rig->welcome(), reception.manifest);
+  if (const v1::Welcome* welcome = rig->answering()) {
+    require_shown_patterns(*welcome, reception.manifest);
+  }
   reception.offers = rig->offers(burst);
-  if (reception.offers.size() != burst.frame_count) {
+  if (extent == Extent::kWholeBurst && reception.offers.size() != burst.frame_count) {
     reject("rig", "offers " + std::to_string(reception.offers.size()) + " of its " +
                       std::to_string(burst.frame_count) + " photographs");
   }
@@ -213,7 +215,7 @@ Reception receive_session(LinkClient* rig, const Burst& burst, const fs::path& f
   reception.timing = rig->timing(burst);
   write_json(folder / "timing.json", reception.timing, Defaults::kWritten);
   write_json(folder / "session.json", reception.manifest);
-  blame_rig([&] { require_burst(read_session(folder)); });
+  if (extent == Extent::kWholeBurst) blame_rig([&] { require_burst(read_session(folder)); });
   return reception;
 }
 

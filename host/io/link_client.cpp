@@ -12,6 +12,7 @@ namespace {
 
 constexpr size_t kMaxBlobBytes = 256u << 20;
 constexpr uint32_t kMaxFrames = 1024;
+constexpr uint32_t kMaxBursts = 1024;
 constexpr uint32_t kMaxEdges = 1u << 20;
 constexpr double kPollStatus_s = 0.2;
 constexpr double kLongestTest_s = 600;
@@ -30,7 +31,8 @@ struct LinkClient::Blob {
   v1::BlobQuery query;
   size_t total = 0;  // 0: the first chunk says
   std::vector<uint8_t> bytes;
-  uint32_t crc32c = 0;  // of them
+  uint32_t crc32c = 0;  // of those that came
+  std::function<void(std::span<const uint8_t>)> arrived = [](std::span<const uint8_t>) {};
 };
 
 std::string describe(const v1::FrameOffer& offer) {
@@ -98,9 +100,14 @@ Break LinkClient::next_reply(double seconds, v1::Reply* reply) {
   while (true) {
     if (Break broken = socket_.receive(reply, deadline_in(seconds))) return broken;
     if (reply->request_id() != request_id_ && reply->request_id() != 0) continue;
-    throw_refusal(*reply);
+    if (!is_gone_already(*reply)) throw_refusal(*reply);
     return {};
   }
+}
+
+// A rig that was asked before, by us over a link that broke, has nothing left to forget.
+bool LinkClient::is_gone_already(const v1::Reply& reply) const {
+  return forgetting_ && reply.refusal().code() == v1::Refusal::NOT_FOUND;
 }
 
 void LinkClient::throw_refusal(const v1::Reply& reply) const {
@@ -272,16 +279,17 @@ Break LinkClient::list_offers(const Burst& burst, std::vector<v1::FrameOffer>* o
   return {};
 }
 
-std::string LinkClient::calibration() {
-  Blob blob{"its calibration", {}, 0, {}, 0};
+std::string LinkClient::calibration(const Burst& burst) {
+  Blob blob{"its calibration", {}, 0, {}};
   blob.query.set_kind(v1::BlobQuery::CALIBRATION);
+  blob.query.set_burst_id(burst.id);
   fetch(&blob);
   return {blob.bytes.begin(), blob.bytes.end()};
 }
 
 std::vector<uint8_t> LinkClient::photograph(const v1::FrameOffer& offer) {
   for (int attempt = 0; attempt <= options_.retries; ++attempt) {
-    Blob blob{describe(offer), {}, offer.size_bytes(), {}, 0};
+    Blob blob{describe(offer), {}, offer.size_bytes(), {}};
     blob.query.set_kind(v1::BlobQuery::PHOTOGRAPH);
     blob.query.set_burst_id(offer.burst_id());
     blob.query.set_frame_id(offer.frame_id());
@@ -290,6 +298,17 @@ std::vector<uint8_t> LinkClient::photograph(const v1::FrameOffer& offer) {
   }
   fail(describe(offer) + " has another CRC32C than the rig announced, each time it was sent",
        "the rig's memory or disk is damaged");
+}
+
+void LinkClient::continue_photograph(const v1::FrameOffer& offer, std::vector<uint8_t>* bytes,
+                                     const std::function<void(std::span<const uint8_t>)>& arrived) {
+  if (bytes->size() >= offer.size_bytes() && !bytes->empty()) return;
+  Blob blob{describe(offer), {}, offer.size_bytes(), std::move(*bytes), 0, arrived};
+  blob.query.set_kind(v1::BlobQuery::PHOTOGRAPH);
+  blob.query.set_burst_id(offer.burst_id());
+  blob.query.set_frame_id(offer.frame_id());
+  fetch(&blob);
+  *bytes = std::move(blob.bytes);
 }
 
 void LinkClient::fetch(Blob* blob) {
@@ -350,6 +369,7 @@ Break LinkClient::next_chunk(Blob* blob, uint32_t sequence) {
   if (blob->bytes.empty()) blob->bytes.reserve(blob->total);
   blob->bytes.insert(blob->bytes.end(), data.begin(), data.end());
   blob->crc32c = crc32c(data.data(), data.size(), blob->crc32c);  // while it is at hand
+  blob->arrived(data);
   return {};
 }
 
@@ -386,10 +406,46 @@ void LinkClient::acknowledge(const v1::FrameOffer& offer) {
   v1::Request request;
   request.mutable_ack()->set_burst_id(offer.burst_id());
   request.mutable_ack()->set_frame_id(offer.frame_id());
+  forgetting_ = true;
   const v1::Reply reply = asked("leave to forget " + describe(offer), request);
+  forgetting_ = false;
+  if (reply.has_refusal()) return;
   if (!reply.has_acknowledged() || reply.acknowledged().frame_id() != offer.frame_id()) {
     fail("did not acknowledge " + describe(offer));
   }
+}
+
+void LinkClient::release(uint64_t burst_id) {
+  v1::Request request;
+  request.mutable_burst_ack()->set_burst_id(burst_id);
+  forgetting_ = true;
+  const v1::Reply reply = asked("leave to forget burst " + number(burst_id), request);
+  forgetting_ = false;
+  if (!reply.has_refusal() && !reply.has_acknowledged()) {
+    fail("did not forget burst " + number(burst_id));
+  }
+}
+
+std::vector<v1::HeldBurst> LinkClient::held() {
+  std::vector<v1::HeldBurst> held;
+  persist({[&] { return list_held(&held); }, [] { return size_t(0); },
+           [&] { return "link cut in the list of bursts, after " + number(held.size()); }});
+  return held;
+}
+
+Break LinkClient::list_held(std::vector<v1::HeldBurst>* held) {
+  held->clear();
+  v1::Request request;
+  request.mutable_bursts();
+  v1::Reply reply;
+  if (Break broken = ask(&request, &reply)) return broken;
+  while (!reply.has_held_end()) {
+    if (!reply.has_held()) return "something else came instead of a burst";
+    if (held->size() == kMaxBursts) fail("holds over " + number(kMaxBursts) + " bursts");
+    held->push_back(reply.held());
+    if (Break broken = next_answer(&reply)) return broken;
+  }
+  return {};
 }
 
 }  // namespace lamella

@@ -5,12 +5,13 @@
 
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "io/burst_source.h"
 #include "io/chunk_view.h"
 #include "io/wire.h"
-#include "link.pb.h"
 
 namespace lamella {
 
@@ -26,23 +27,13 @@ struct LinkOptions {
   std::optional<TlsOptions> tls;      // none: in the clear (paired_link.h says which)
 };
 
-struct Burst {
-  uint64_t id = 0;
-  uint32_t step_count = 0;
-  double planned_us = 0;
-  uint32_t frame_count = 0;
-  bool flashing_confirmed = false;
-  bool marked = false;  // an edge came later than its tolerance
-  uint32_t late_edges = 0;
-  std::string verdict;
-};
-
-class LinkClient {
+class LinkClient : public BurstSource {
  public:
   // Connects and greets. `address` is HOST:PORT.
   explicit LinkClient(std::string address, LinkOptions options = {});
 
   const v1::Welcome& welcome() const { return welcome_; }
+  const v1::Welcome* answering() const override { return &welcome_; }
 
   v1::Status status();
 
@@ -53,8 +44,8 @@ class LinkClient {
   // are for the reference of later tests.
   v1::SelftestResult selftest(const std::vector<std::string>& only, bool learn);
 
-  // The rig's calibration: a lamella.v1.Session in proto3 JSON, without frames.
-  std::string calibration();
+  std::vector<v1::HeldBurst> held() override;
+  std::string calibration(const Burst& burst) override;
 
   // Runs a burst and waits for its end. Never asked for twice: light on a face is not retried.
   // A rig that still holds photographs refuses, unless they may be discarded.
@@ -65,17 +56,20 @@ class LinkClient {
   // The burst whose photographs the rig still holds, as far as it is known.
   Burst held_burst();
 
-  // Every photograph of the burst that is still on the rig, in the rig's order.
-  std::vector<v1::FrameOffer> offers(const Burst& burst);
+  std::vector<v1::FrameOffer> offers(const Burst& burst) override;
+  std::vector<uint8_t> photograph(const v1::FrameOffer& offer) override;
+  v1::TimingEdges timing(const Burst& burst) override;
 
-  // The raw bytes of one, its length and CRC32C checked.
-  std::vector<uint8_t> photograph(const v1::FrameOffer& offer);
-
-  // Every edge of the burst, as planned and as it happened.
-  v1::TimingEdges timing(const Burst& burst);
+  // The rest of a photograph's bytes, whose first ones are there already; `arrived` gets each part
+  // once it is checked. The whole is not: its CRC32C is the caller's to compare.
+  void continue_photograph(const v1::FrameOffer& offer, std::vector<uint8_t>* bytes,
+                           const std::function<void(std::span<const uint8_t>)>& arrived);
 
   // The photograph is on this host's disk: the rig may forget it.
   void acknowledge(const v1::FrameOffer& offer);
+
+  // A burst of which no photograph is left, its reason read: the rig may forget it.
+  void release(uint64_t burst_id);
 
  private:
   struct Blob;
@@ -95,9 +89,11 @@ class LinkClient {
   Break next_reply(double seconds, v1::Reply* reply);
   Break next_answer(v1::Reply* reply);
   void throw_refusal(const v1::Reply& reply) const;
+  bool is_gone_already(const v1::Reply& reply) const;
   void fail_on_fault(const v1::Status& status) const;
   Break ask(v1::Request* request, v1::Reply* reply);
   v1::Reply asked(const std::string& what, v1::Request request);
+  Break list_held(std::vector<v1::HeldBurst>* held);
   Break await_done(Burst* burst);
   void await_idle(Burst* burst);
   Break list_offers(const Burst& burst, std::vector<v1::FrameOffer>* offers);
@@ -113,9 +109,7 @@ class LinkClient {
   Socket socket_;
   v1::Welcome welcome_;
   uint32_t request_id_ = 0;
+  bool forgetting_ = false;  // what the rig has forgotten already it need not forget
 };
-
-// "frame 7 (left STRIPES 2 CROSS)".
-std::string describe(const v1::FrameOffer& offer);
 
 }  // namespace lamella

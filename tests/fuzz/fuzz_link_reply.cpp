@@ -109,7 +109,7 @@ void talk(const std::string& address) {
   const Burst burst = client.run_burst("");
   for (const v1::FrameOffer& offer : client.offers(burst)) client.photograph(offer);
   client.timing(burst);
-  client.calibration();
+  client.calibration({});
 }
 
 }  // namespace

@@ -111,6 +111,24 @@ void FakeRig::add_edge(const v1::TimedEdge& edge) {
   edges_.push_back(edge);
 }
 
+void FakeRig::hold(const v1::HeldBurst& burst) {
+  const std::lock_guard lock(mutex_);
+  held_ = burst;
+  held_->set_burst_id(kBurstId);
+  held_->set_frames_held(uint32_t(photographs_.size()));
+}
+
+bool FakeRig::holds_burst() const {
+  const std::lock_guard lock(mutex_);
+  return held_.has_value();
+}
+
+std::vector<uint32_t> FakeRig::offsets(uint32_t frame_id) const {
+  const std::lock_guard lock(mutex_);
+  const auto it = offsets_.find(frame_id);
+  return it == offsets_.end() ? std::vector<uint32_t>{} : it->second;
+}
+
 std::set<uint32_t> FakeRig::acknowledged() const {
   const std::lock_guard lock(mutex_);
   return acknowledged_;
@@ -164,6 +182,7 @@ void FakeRig::answer(const v1::Request& request, Socket* socket, int fd) {
       return answer_burst(request, socket);
     case v1::Request::kFrames:
       for (const FakePhotograph& p : photographs_) {
+        if (held_ && acknowledged_.contains(p.offer.frame_id())) continue;
         *reply.mutable_frame() = p.offer;
         if (faults_.wrong_frame_crc) reply.mutable_frame()->set_crc32c(p.offer.crc32c() ^ 1);
         say(request, reply, socket);
@@ -176,6 +195,12 @@ void FakeRig::answer(const v1::Request& request, Socket* socket, int fd) {
       return answer_timing(request, socket);
     case v1::Request::kAck:
       return answer_ack(request, socket);
+    case v1::Request::kBursts:
+      return answer_bursts(request, socket);
+    case v1::Request::kBurstAck:
+      held_.reset();
+      reply.mutable_acknowledged();
+      return say(request, reply, socket);
     default:
       reply.mutable_refusal()->set_code(v1::Refusal::BAD_REQUEST);
       return say(request, reply, socket);
@@ -211,6 +236,7 @@ void FakeRig::answer_blob(const v1::Request& request, Socket* socket, int fd) {
   if (query.kind() == v1::BlobQuery::PHOTOGRAPH) {
     const FakePhotograph* p = find(query.frame_id());
     bytes.assign(p->bytes.begin(), p->bytes.end());
+    offsets_[query.frame_id()].push_back(query.offset_bytes());
   }
   const bool cut = query.kind() == v1::BlobQuery::PHOTOGRAPH &&
                    int(query.frame_id()) == faults_.cut_frame && faults_.cut_times > 0;
@@ -258,8 +284,19 @@ void FakeRig::answer_timing(const v1::Request& request, Socket* socket) {
   say(request, reply, socket);
 }
 
+void FakeRig::answer_bursts(const v1::Request& request, Socket* socket) {
+  v1::Reply reply;
+  if (held_) {
+    *reply.mutable_held() = *held_;
+    say(request, reply, socket);
+  }
+  reply.mutable_held_end()->set_bursts(held_ ? 1 : 0);
+  say(request, reply, socket);
+}
+
 void FakeRig::answer_ack(const v1::Request& request, Socket* socket) {
   acknowledged_.insert(request.ack().frame_id());
+  if (acknowledged_.size() == photographs_.size()) held_.reset();
   v1::Reply reply;
   reply.mutable_acknowledged()->set_frame_id(request.ack().frame_id());
   say(request, reply, socket);

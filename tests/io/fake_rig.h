@@ -6,6 +6,7 @@
 #include <functional>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <string>
 #include <thread>
@@ -48,9 +49,13 @@ class FakeRig {
   void set_welcome(const v1::Welcome& welcome);  // but for its protocol's version
   void set_calibration(std::string json);
   void add_edge(const v1::TimedEdge& edge);
+  // From now on it holds this burst, whose photographs are those added; it goes with the last one.
+  void hold(const v1::HeldBurst& burst);
 
   int connections() const { return connections_; }
   std::set<uint32_t> acknowledged() const;
+  std::vector<uint32_t> offsets(uint32_t frame_id) const;  // from which it was asked for
+  bool holds_burst() const;
 
  private:
   void serve();
@@ -60,6 +65,7 @@ class FakeRig {
   void answer_blob(const v1::Request& request, Socket* socket, int fd);
   void answer_timing(const v1::Request& request, Socket* socket);
   void answer_ack(const v1::Request& request, Socket* socket);
+  void answer_bursts(const v1::Request& request, Socket* socket);
   void say(const v1::Request& request, v1::Reply reply, Socket* socket);
   const FakePhotograph* find(uint32_t frame_id) const;
 
@@ -74,6 +80,8 @@ class FakeRig {
   std::atomic<bool> stopping_{false};
   mutable std::mutex mutex_;  // held while a request is answered, and by whoever loads the rig
   std::set<uint32_t> acknowledged_;
+  std::map<uint32_t, std::vector<uint32_t>> offsets_;
+  std::optional<v1::HeldBurst> held_;
   std::thread thread_;
 };
 

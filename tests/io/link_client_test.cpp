@@ -67,7 +67,7 @@ TEST(LinkClient, ReceivesEveryPhotographAsItWas) {
   FakeRig rig;
   load(&rig, 3);
   LinkClient client(rig.address(), quick());
-  EXPECT_EQ(client.calibration(), std::string(3500, 'c'));
+  EXPECT_EQ(client.calibration({}), std::string(3500, 'c'));
   const Burst burst = client.run_burst("sphere");
   const auto offers = client.offers(burst);
   ASSERT_EQ(offers.size(), 3u);

@@ -108,7 +108,7 @@ TEST_F(Wire, PairedHostTakesABurstAndNothingOfItIsReadableOnTheWire) {
   RigUnderTest rigd(arguments());
   RecordingProxy proxy(rigd.port());
   LinkClient client(proxy.address(), link("host", rig_key()));
-  EXPECT_NE(client.calibration().find("lamella.session.v1"), std::string::npos);
+  EXPECT_NE(client.calibration({}).find("lamella.session.v1"), std::string::npos);
   const auto offers = client.offers(client.run_burst("sphere", false, true));
   ASSERT_EQ(offers.size(), 40u);
   for (const v1::FrameOffer& offer : offers) client.acknowledge(offer);

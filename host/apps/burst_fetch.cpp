@@ -1,0 +1,89 @@
+#include "apps/burst_fetch.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "base/error.h"
+#include "base/progress.h"
+
+namespace lamella::apps {
+
+namespace {
+
+constexpr const char* kNote = "burst.json";
+constexpr const char* kManifest = "session.json";
+
+// What tells this burst from every other, with the reason why it is partial.
+std::string note_of(const v1::HeldBurst& held, const std::vector<v1::FrameOffer>& offers) {
+  nlohmann::ordered_json frames = nlohmann::ordered_json::array();
+  for (const v1::FrameOffer& offer : offers) {
+    frames.push_back({{"frame", offer.frame_id()}, {"crc32c", offer.crc32c()}});
+  }
+  const nlohmann::ordered_json note = {{"burst", held.burst_id()},
+                                       {"begun_unix_us", held.begun_unix_us()},
+                                       {"whole", held.whole()},
+                                       {"why", held.why()},
+                                       {"photographs", frames}};
+  return note.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+// An earlier run put the same burst there: every photograph still held is one of its own.
+bool holds_burst(const fs::path& folder, const v1::HeldBurst& held,
+                 const std::vector<v1::FrameOffer>& offers) {
+  if (!fs::exists(folder / kNote) || !fs::exists(folder / kManifest)) return false;
+  const auto note = nlohmann::json::parse(read_text(folder / kNote), nullptr, false);
+  if (!note.is_object() || note.value("burst", uint64_t(0)) != held.burst_id()) return false;
+  if (note.value("begun_unix_us", int64_t(-1)) != held.begun_unix_us()) return false;
+  const auto frames = note.value("photographs", nlohmann::json::array());
+  for (const v1::FrameOffer& offer : offers) {
+    const nlohmann::json wanted = {{"frame", offer.frame_id()}, {"crc32c", offer.crc32c()}};
+    if (std::find(frames.begin(), frames.end(), wanted) == frames.end()) return false;
+  }
+  return true;
+}
+
+fs::path place_for(const fs::path& out, const v1::HeldBurst& held,
+                   const std::vector<v1::FrameOffer>& offers) {
+  const std::string suffix = held.whole() ? "" : ".partial";
+  for (int n = 1;; ++n) {
+    const std::string other = n == 1 ? "" : fmt::format("-{}", n);
+    const fs::path folder = out / fmt::format("burst-{:06}{}{}", held.burst_id(), other, suffix);
+    if (!fs::exists(folder) || holds_burst(folder, held, offers)) return folder;
+  }
+}
+
+// Photographs that were acknowledged before are elsewhere: what is left is no whole burst.
+Extent extent_of(const v1::HeldBurst& held) {
+  return held.whole() && held.frames_acknowledged() == 0 ? Extent::kWholeBurst
+                                                         : Extent::kWhatIsThere;
+}
+
+}  // namespace
+
+FetchedBurst fetch_burst(BurstSource* source, const v1::HeldBurst& held, const fs::path& out) {
+  FetchedBurst fetched;
+  fetched.held = held;
+  Burst burst;
+  burst.id = held.burst_id();
+  burst.frame_count = held.frames_held();
+  fetched.offers = source->offers(burst);
+  if (fetched.offers.empty()) return fetched;
+  fetched.folder = place_for(out, held, fetched.offers);
+  fetched.was_there = fs::exists(fetched.folder);
+  if (fetched.was_there) return fetched;
+  WholeFolder folder(fetched.folder);
+  const std::string title = fmt::format("burst {}", held.burst_id());
+  Progress progress(title.c_str(), int(held.frames_held()));
+  const Reception reception = receive_session(
+      source, burst, folder.path(), [&](int n) { progress.advance(n); }, extent_of(held));
+  write_whole_text(folder.path() / kNote, note_of(held, reception.offers));
+  fetched.offers = reception.offers;
+  fetched.marked = !reception.marked.empty();
+  folder.commit();
+  sync_to_disk(fetched.folder);
+  return fetched;
+}
+
+}  // namespace lamella::apps

@@ -1,0 +1,25 @@
+// A burst that a rig holds, or that lies on a disk from one, as a session on this disk.
+#pragma once
+
+#include <string>
+
+#include "calib/receive.h"
+#include "io/burst_source.h"
+#include "io/whole_file.h"
+
+namespace lamella::apps {
+
+struct FetchedBurst {
+  v1::HeldBurst held;
+  fs::path folder;         // empty: nothing of it was whole
+  bool was_there = false;  // an earlier run had brought it and was cut off before it said so
+  bool marked = false;     // an edge came late, a frame is to be retaken
+  std::vector<v1::FrameOffer> offers;
+};
+
+// The burst in OUT/burst-000012, or OUT/burst-000012.partial with what is whole of it, and on the
+// disk when this returns. A folder that holds another burst of that number (of another rig) is left
+// alone: the new one gets a name with -2, -3 and so on.
+FetchedBurst fetch_burst(BurstSource* source, const v1::HeldBurst& held, const fs::path& out);
+
+}  // namespace lamella::apps

@@ -1,0 +1,171 @@
+// lamella rig sync: every burst that a rig holds becomes a session here, and only then leaves the
+// rig. lamella rig recover: what became of bursts that are not whole, and what is to be had of
+// them.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <ctime>
+#include <memory>
+
+#include "apps/burst_fetch.h"
+#include "apps/commands.h"
+#include "apps/process_child.h"
+#include "apps/report.h"
+#include "apps/resumed_source.h"
+#include "base/error.h"
+#include "io/paired_link.h"
+#include "io/store_folder.h"
+
+namespace lamella::apps {
+
+namespace {
+
+struct Arguments {
+  std::string rig;
+  fs::path store, out;
+  bool json = false;
+};
+
+LinkOptions link_options(const std::string& address) {
+  LinkOptions options;
+  options.interrupted = interrupted;
+  options.tls = tls_for(address, config_folder());
+  return options;
+}
+
+std::string begun(const v1::HeldBurst& burst) {
+  if (burst.begun_unix_us() <= 0) return "";
+  const std::time_t seconds = std::time_t(burst.begun_unix_us() / 1000000);
+  std::tm utc{};
+  char text[32];
+  if (!gmtime_r(&seconds, &utc) || !std::strftime(text, sizeof text, "%F %T UTC", &utc)) return "";
+  return text;
+}
+
+nlohmann::ordered_json burst_json(const v1::HeldBurst& burst) {
+  return {{"burst", burst.burst_id()},
+          {"begun", begun(burst)},
+          {"whole", burst.whole()},
+          {"why", printable(burst.why())},
+          {"photographs_held", burst.frames_held()},
+          {"photographs_acknowledged", burst.frames_acknowledged()},
+          {"photographs_expected", burst.frames_expected()},
+          {"bytes_held", burst.bytes_held()}};
+}
+
+void print_burst(const v1::HeldBurst& burst) {
+  const std::string at = begun(burst);
+  fmt::print("burst {}{}: {}\n", burst.burst_id(), at.empty() ? "" : ", begun " + at,
+             burst.whole() ? "whole" : "partial");
+  fmt::print("  photographs  {} held, {:.1f} MB{}\n", burst.frames_held(),
+             double(burst.bytes_held()) * 1e-6,
+             burst.frames_acknowledged() > 0
+                 ? fmt::format("; {} are on a host already", burst.frames_acknowledged())
+                 : "");
+  if (!burst.why().empty()) fmt::print("  why          {}\n", printable(burst.why()));
+}
+
+void print_fetched(const FetchedBurst& fetched) {
+  print_burst(fetched.held);
+  if (fetched.folder.empty()) {
+    fmt::print("  fetched      nothing of it is whole\n");
+  } else {
+    fmt::print("  {}      {}\n", fetched.was_there ? "was in " : "fetched",
+               fetched.folder.string());
+  }
+}
+
+nlohmann::ordered_json fetched_json(const FetchedBurst& fetched) {
+  nlohmann::ordered_json json = burst_json(fetched.held);
+  json["session"] = printable(fetched.folder.string());
+  json["was_there"] = fetched.was_there;
+  json["marked"] = fetched.marked;
+  return json;
+}
+
+// Below the quality asked: a burst that is not whole, or has frames to be retaken.
+int judge(const FetchedBurst& fetched) { return fetched.held.whole() && !fetched.marked ? 0 : 1; }
+
+// Only a burst that is on this disk, or has nothing more to give, leaves the rig.
+void forget_on_rig(LinkClient* rig, const FetchedBurst& fetched) {
+  for (const v1::FrameOffer& offer : fetched.offers) rig->acknowledge(offer);
+  if (fetched.offers.empty()) rig->release(fetched.held.burst_id());
+}
+
+int run_sync(const Arguments& args) {
+  catch_interrupts();
+  LinkClient rig(args.rig, link_options(args.rig));
+  ResumedSource source(&rig, args.out / ".fetching");
+  nlohmann::ordered_json bursts = nlohmann::ordered_json::array();
+  int exit_code = 0;
+  for (const v1::HeldBurst& held : rig.held()) {
+    const FetchedBurst fetched = fetch_burst(&source, held, args.out);
+    forget_on_rig(&rig, fetched);
+    source.forget(fetched.offers);
+    exit_code = std::max(exit_code, judge(fetched));
+    bursts.push_back(fetched_json(fetched));
+    if (!args.json) print_fetched(fetched);
+  }
+  if (args.json) print_json({{"rig", args.rig}, {"bursts", bursts}});
+  if (!args.json && bursts.empty()) fmt::print("{} holds no bursts\n", args.rig);
+  return exit_code;
+}
+
+std::unique_ptr<BurstSource> source_of(const Arguments& args) {
+  if (args.rig.empty() == args.store.empty()) {
+    throw_bad_input("rig recover", "needs either --store or --rig",
+                    "give the folder from a rig's disk, or the rig's HOST:PORT");
+  }
+  if (!args.store.empty()) return std::make_unique<StoreFolder>(args.store);
+  return std::make_unique<LinkClient>(args.rig, link_options(args.rig));
+}
+
+// Exit 1 where a burst is not whole.
+int run_recover(const Arguments& args) {
+  catch_interrupts();
+  const std::unique_ptr<BurstSource> source = source_of(args);
+  nlohmann::ordered_json bursts = nlohmann::ordered_json::array();
+  int partial = 0, whole = 0;
+  for (const v1::HeldBurst& held : source->held()) {
+    FetchedBurst fetched;
+    fetched.held = held;
+    if (!args.out.empty()) fetched = fetch_burst(source.get(), held, args.out);
+    ++(held.whole() ? whole : partial);
+    bursts.push_back(args.out.empty() ? burst_json(held) : fetched_json(fetched));
+    if (args.json) continue;
+    if (args.out.empty()) {
+      print_burst(held);
+    } else {
+      print_fetched(fetched);
+    }
+  }
+  const std::string where = args.rig.empty() ? args.store.string() : args.rig;
+  if (args.json) {
+    print_json(
+        {{"source", printable(where)}, {"whole", whole}, {"partial", partial}, {"bursts", bursts}});
+  } else {
+    fmt::print("{}: {} whole, {} partial; nothing was changed there\n", printable(where), whole,
+               partial);
+  }
+  return partial > 0 ? 1 : 0;
+}
+
+}  // namespace
+
+void add_rig_bursts(CLI::App* rig, int* exit_code) {
+  auto args = std::make_shared<Arguments>();
+  CLI::App* sync = rig->add_subcommand("sync", "Fetch every burst that a rig holds");
+  sync->add_option("--rig", args->rig, "HOST:PORT of the rig")->required();
+  sync->add_option("--out", args->out, "Folder for the sessions, burst-NUMBER each")->required();
+  sync->add_flag("--json", args->json, "Report as JSON");
+  sync->callback([args, exit_code] { *exit_code = run_sync(*args); });
+  CLI::App* recover =
+      rig->add_subcommand("recover", "What became of bursts that were cut off, and what is whole");
+  recover->add_option("--store", args->store, "Folder from a rig's disk, taken out of it");
+  recover->add_option("--rig", args->rig, "HOST:PORT of the rig");
+  recover->add_option("--out", args->out, "Also put what is whole into sessions in this folder");
+  recover->add_flag("--json", args->json, "Report as JSON");
+  recover->callback([args, exit_code] { *exit_code = run_recover(*args); });
+}
+
+}  // namespace lamella::apps

@@ -1,0 +1,51 @@
+// Where a burst's photographs come from: a rig that answers (io/link_client.h), or the folder on a
+// rig's disk (io/store_folder.h).
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "link.pb.h"
+
+namespace lamella {
+
+struct Burst {
+  uint64_t id = 0;
+  uint32_t step_count = 0;
+  double planned_us = 0;
+  uint32_t frame_count = 0;
+  bool flashing_confirmed = false;
+  bool marked = false;  // an edge came later than its tolerance
+  uint32_t late_edges = 0;
+  std::string verdict;
+};
+
+class BurstSource {
+ public:
+  virtual ~BurstSource() = default;
+
+  // What the rig says of itself; nullptr where only its disk is there.
+  virtual const v1::Welcome* answering() const { return nullptr; }
+
+  // Of every burst that is held, partial ones too.
+  virtual std::vector<v1::HeldBurst> held() = 0;
+
+  // The calibration of the rig when it took the burst: a lamella.v1.Session in proto3 JSON, without
+  // frames.
+  virtual std::string calibration(const Burst& burst) = 0;
+
+  // Every photograph of the burst that is still there, in the rig's order.
+  virtual std::vector<v1::FrameOffer> offers(const Burst& burst) = 0;
+
+  // The raw bytes of one, its length and CRC32C checked.
+  virtual std::vector<uint8_t> photograph(const v1::FrameOffer& offer) = 0;
+
+  // Every edge of the burst, as planned and as it happened; of a partial one maybe none.
+  virtual v1::TimingEdges timing(const Burst& burst) = 0;
+};
+
+// "frame 7 (left STRIPES 2 CROSS)".
+std::string describe(const v1::FrameOffer& offer);
+
+}  // namespace lamella

@@ -1,0 +1,175 @@
+// lamella rig sync and lamella rig recover, run as a user runs them.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "apps/burst_fetch.h"
+#include "apps/resumed_source.h"
+#include "apps/run_lamella.h"
+#include "base/error.h"
+#include "io/fake_rig.h"
+#include "io/fake_session.h"
+#include "io/session.h"
+
+namespace lamella {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::FakeRig;
+using testing::FakeRigFaults;
+using testing::Outcome;
+using testing::run_lamella;
+
+v1::HeldBurst whole() {
+  v1::HeldBurst burst;
+  burst.set_begun_unix_us(1790000000000000);
+  burst.set_whole(true);
+  burst.set_frames_expected(40);
+  return burst;
+}
+
+v1::HeldBurst partial() {
+  v1::HeldBurst burst = whole();
+  burst.set_whole(false);
+  burst.set_why("the power went");
+  return burst;
+}
+
+class RigBursts : public ::testing::Test {
+ protected:
+  Outcome sync(const FakeRig& rig) {
+    return run_lamella({"rig", "sync", "--rig", rig.address(), "--out", out.string(), "--json"});
+  }
+
+  static LinkOptions quick() {
+    LinkOptions options;
+    options.retries = 2;
+    options.backoff_s = 0.002;
+    return options;
+  }
+
+  // Frame 5 breaks off at a byte until the link gives up, and no longer.
+  static FakeRigFaults cut_for_good() {
+    FakeRigFaults faults;
+    faults.cut_frame = 5;
+    faults.cut_at_byte = 700;
+    faults.cut_times = quick().retries + 2;
+    return faults;
+  }
+
+  apps::FetchedBurst fetch(const FakeRig& rig) {
+    LinkClient client(rig.address(), quick());
+    apps::ResumedSource source(&client, out / ".fetching");
+    return apps::fetch_burst(&source, client.held().at(0), out);
+  }
+
+  testing::ScratchFolder scratch;
+  fs::path out = scratch.path() / "sessions";
+};
+
+TEST_F(RigBursts, SyncMakesASessionAndOnlyThenTheRigForgetsTheBurst) {
+  FakeRig rig;
+  load_burst(&rig, testing::kFakeSize);
+  rig.hold(whole());
+  const Outcome outcome = sync(rig);
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NO_THROW(require_burst(read_session(out / "burst-000042")));
+  EXPECT_EQ(rig.acknowledged().size(), 40u);
+  EXPECT_FALSE(rig.holds_burst());
+  EXPECT_FALSE(fs::exists(out / ".fetching"));
+  const auto report = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(report["bursts"][0]["photographs_held"], 40);
+  EXPECT_EQ(report["bursts"][0]["session"], (out / "burst-000042").string());
+  EXPECT_EQ(sync(rig).exit_code, 0);  // nothing is held
+}
+
+TEST_F(RigBursts, ARunThatWasCutOffIsTakenUpAtTheByteThatItHadReached) {
+  FakeRig rig(cut_for_good());
+  load_burst(&rig, testing::kFakeSize);
+  rig.hold(whole());
+  EXPECT_THROW(fetch(rig), Error);
+  EXPECT_FALSE(fs::exists(out / "burst-000042"));
+  const size_t asked = rig.offsets(5).size();
+  EXPECT_EQ(fetch(rig).offers.size(), 40u);
+  EXPECT_EQ(rig.offsets(4).size(), 1u);  // frame 4 came whole the first time
+  ASSERT_EQ(rig.offsets(5).size(), asked + 1);
+  EXPECT_EQ(rig.offsets(5).back(), 700u);
+}
+
+TEST_F(RigBursts, BytesThatWereSpoiltBetweenTwoRunsAreFetchedAgain) {
+  FakeRig rig(cut_for_good());
+  load_burst(&rig, testing::kFakeSize);
+  rig.hold(whole());
+  EXPECT_THROW(fetch(rig), Error);
+  for (const auto& entry : fs::directory_iterator(out / ".fetching")) {
+    std::fstream(entry.path(), std::ios::in | std::ios::out).put('?');
+  }
+  EXPECT_EQ(fetch(rig).offers.size(), 40u);
+  EXPECT_EQ(rig.offsets(4).size(), 2u);
+  EXPECT_EQ(rig.offsets(5).back(), 0u);
+}
+
+TEST_F(RigBursts, ASessionThatIsThereAlreadyIsAcknowledgedAndNotFetchedAgain) {
+  FakeRig first;
+  load_burst(&first, testing::kFakeSize);
+  first.hold(whole());
+  ASSERT_EQ(sync(first).exit_code, 0);
+  FakeRig same;  // the host went down before its acknowledgements left
+  load_burst(&same, testing::kFakeSize);
+  same.hold(whole());
+  EXPECT_EQ(sync(same).exit_code, 0);
+  EXPECT_TRUE(same.offsets(5).empty());
+  EXPECT_EQ(same.acknowledged().size(), 40u);
+  FakeRig other;  // another rig counts from 1 too
+  load_burst(&other, testing::kFakeSize);
+  v1::HeldBurst later = whole();
+  later.set_begun_unix_us(1790000000000001);
+  other.hold(later);
+  EXPECT_EQ(sync(other).exit_code, 0);
+  EXPECT_TRUE(fs::exists(out / "burst-000042-2" / "session.json"));
+}
+
+TEST_F(RigBursts, SyncOfAPartialBurstKeepsWhatIsWholeWithTheReasonAndSaysSo) {
+  FakeRig rig;
+  load_burst(&rig, testing::kFakeSize, {v1::Frame::DOTS});
+  rig.hold(partial());
+  EXPECT_EQ(sync(rig).exit_code, 1);
+  EXPECT_TRUE(fs::exists(out / "burst-000042.partial" / "session.json"));
+  std::ifstream note(out / "burst-000042.partial" / "burst.json");
+  EXPECT_EQ(nlohmann::json::parse(note)["why"], "the power went");
+  EXPECT_FALSE(rig.holds_burst());
+}
+
+TEST_F(RigBursts, ABurstOfWhichNothingIsWholeIsExplainedAndReleased) {
+  FakeRig rig;
+  rig.hold(partial());
+  const Outcome outcome = sync(rig);
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+  EXPECT_NE(outcome.out.find("the power went"), std::string::npos);
+  EXPECT_FALSE(rig.holds_burst());
+}
+
+TEST_F(RigBursts, RecoverExplainsAndChangesNothing) {
+  FakeRig rig;
+  load_burst(&rig, testing::kFakeSize, {v1::Frame::DOTS});
+  rig.hold(partial());
+  const Outcome outcome =
+      run_lamella({"rig", "recover", "--rig", rig.address(), "--out", out.string()});
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+  EXPECT_NE(outcome.out.find("why          the power went"), std::string::npos) << outcome.out;
+  EXPECT_TRUE(fs::exists(out / "burst-000042.partial"));
+  EXPECT_TRUE(rig.holds_burst());
+  EXPECT_TRUE(rig.acknowledged().empty());
+}
+
+TEST_F(RigBursts, RecoverWithoutAPlaceToLookIsBadInput) {
+  EXPECT_EQ(run_lamella({"rig", "recover"}).exit_code, 2);
+  const Outcome outcome = run_lamella({"rig", "recover", "--store", scratch.path().string()});
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.err.find("holds no bursts of a rig"), std::string::npos) << outcome.err;
+}
+
+}  // namespace
+}  // namespace lamella
