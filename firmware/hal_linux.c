@@ -9,8 +9,8 @@
 
 #include "hal_linux_time.h"
 
-static const double kPauseUs = 5000;              // to a burst's zero where no display sets it
-static const double kTemperatureEveryUs = 50000;  // a sensor may take a millisecond to read
+static const double kPauseUs = 5000;             // to a burst's zero where no display sets it
+static const double kTemperatureEveryUs = 5000;  // a sensor may take a millisecond to read
 static const double kStandEveryUs = 1000;
 
 static enum lam_status fail(struct hal_linux* board, const char* why) {

@@ -106,13 +106,36 @@ def edges(evidence):
     return Result(name, measures, faults, [goal])
 
 
-def repeats(evidence):
-    """A second burst of the same boot moves every line at the same times."""
-    name = "a second burst repeats the first"
-    if "burst-again" not in evidence.bursts:
+def ten_bursts(evidence):
+    """Every critical edge of ten bursts, the analyser beginning parallel and crossed by turns."""
+    name = "every critical edge of ten bursts is in time"
+    if evidence.plan_crossed is None:
         return Result(name, [], [], skipped="the simulated rig's clock is exact")
+    us, faults = [], []
+    for number, key in enumerate(evidence.bursts_in_turn):
+        burst = evidence.bursts[key]
+        plan_of_it = evidence.plan_crossed if number % 2 else evidence.plan
+        result = compare.compare(plan_of_it, burst.edges, burst.lines)
+        faults += [f"{key}: {result.order_fault}"] if result.order_fault else []
+        faults += [f"{key}: {burst.record.verdict}"] if "none late" not in burst.record.verdict else []
+        us += [d.us for d in result.deviations if d.planned.line in compare.CRITICAL]
+    worst_us = max(map(abs, us), default=0)
+    return Result(name, [
+        Measure("bursts", len(evidence.bursts_in_turn), ""),
+        Measure("critical edges", len(us), ""),
+        Measure("largest deviation from plan", worst_us, "us",
+                min(e.tolerance_us for e in evidence.plan.edges)),
+    ], faults, [f"{sum(abs(t) <= 2 for t in us)} of {len(us)} within 2 us (the goal; not judged)"])
+
+
+def repeats(evidence):
+    """A burst of the same daemon from the same start moves every line at the same times."""
+    name = "a burst repeats the last one from the same start"
+    if evidence.plan_crossed is None:
+        return Result(name, [], [], skipped="the simulated rig's clock is exact")
+    keys = evidence.bursts_in_turn[0], evidence.bursts_in_turn[2]
     runs = [compare.compare(evidence.plan, evidence.bursts[key].edges, evidence.bursts[key].lines)
-            for key in ("burst", "burst-again")]
+            for key in keys]
     faults = [run.order_fault for run in runs if run.order_fault]
     if faults:
         return Result(name, [], faults)
@@ -122,6 +145,26 @@ def repeats(evidence):
     return Result(name, [Measure("critical edges", len(pairs), ""),
                          Measure("largest difference", apart_us, "us",
                                  pairs[0][0].planned.tolerance_us)], [])
+
+
+def retake(evidence, key, late_pulse):
+    """The step whose light came late is taken again in the same burst, with the same light."""
+    name = "a step whose light came late is taken again in the same burst"
+    burst = evidence.bursts[key]
+    if burst.frames is None:
+        return Result(name, [], [], skipped="the fixture of the simulated rig takes nothing again")
+    steps = plan.led_steps(evidence.plan)
+    late_step = steps[late_pulse]
+    again = burst.frames[len(steps):]
+    right = led_chain.encode(_expected_codes(evidence, late_step))
+    faults = [] if again else ["no LED frame was loaded after the plan's"]
+    faults += [f"LED frame {i} of the retake is not step {late_step}'s"
+               for i, frame in enumerate(again) if frame.bits != right]
+    replaced = [step for step, _ in burst.record.replaced]
+    faults += [] if late_step in replaced else [f"the record says that steps {replaced} were replaced"]
+    faults += [] if "MARKED" not in burst.record.verdict else [burst.record.verdict]
+    return Result(name, [Measure("LED frames after the plan's", len(again), "")], faults,
+                  [f"the rig says: {burst.record.verdict}"])
 
 
 def record_agrees(evidence):
@@ -143,8 +186,8 @@ def record_agrees(evidence):
     return Result(name, measures, [])
 
 
-def lights_off(evidence, key, how):
-    """No light shines 10 ms after the sequencer was ended."""
+def lights_off(evidence, key, how, limit_us=LIGHTS_OFF_LIMIT_US):
+    """No light shines that long after it happened."""
     name = f"lights are off after {how}"
     if key not in evidence.lights:
         return Result(name, [], [], skipped="lines in memory end with their process")
@@ -152,4 +195,4 @@ def lights_off(evidence, key, how):
     if light.off_us is None:
         return Result(name, [], [f"the watcher says: {light.told}"])
     return Result(name, [Measure("until every light was off", light.off_us, "us",
-                                 LIGHTS_OFF_LIMIT_US)], [])
+                                 limit_us)], [])

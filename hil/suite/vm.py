@@ -9,7 +9,10 @@ from witness import compare, kernel_trace, led_chain, plan, vcd
 
 TIMED_OUT = 124  # of the command timeout
 BUS = ("SPI_SCK", "SPI_MOSI")
-LIGHTS = ("off-term-leds", "off-term-lamp", "off-kill-leds", "off-kill-lamp", "control-no-pull-up")
+LIGHTS = ("off-term-leds", "off-term-lamp", "off-kill-leds", "off-kill-lamp", "off-kill-supervisor",
+          "off-kill-both", "off-stop-both", "off-estop-leds", "off-estop-lamp", "off-heat", "off-abort",
+          "off-host-gone", "control-no-pull-up")
+BURSTS = ("burst", *(f"burst-{number}" for number in range(2, 11)))
 
 
 class MachineError(Exception):
@@ -42,7 +45,8 @@ def boot(root, cache, kernel, out, say):
     shutil.rmtree(out, ignore_errors=True)
     out.mkdir(parents=True)
     say("boot")
-    done = subprocess.run([root / "hil/vm/boot", cache, kernel, out, "scenes.d"])
+    done = subprocess.run([root / "hil/vm/boot", cache, kernel, out, "scenes.d"],
+                          stdin=subprocess.DEVNULL)
     if done.returncode == TIMED_OUT:
         raise MachineError(f"the machine never switched itself off: see {out / 'console'}")
     done.check_returncode()
@@ -79,12 +83,23 @@ def _light(out, key):
     return Light(float(told.split()[1]) if told.startswith("off ") else None, told)
 
 
+def _crossed(rig_file, folder):
+    """The same rig, its analyser crossed before the burst."""
+    shutil.copytree(rig_file.parent, folder, dirs_exist_ok=True)
+    crossed = folder / rig_file.name
+    crossed.write_text(re.sub(r"(?m)^(analyser\.park\s*=\s*)parallel", r"\1crossed",
+                              crossed.read_text(encoding="utf-8")), encoding="utf-8")
+    return crossed
+
+
 def read(root, programs, out):
     """Everything that a boot left under out."""
     rig_file = root / "firmware/board/vm.rig"
     machine = {name: _text(out / "machine" / name).split() for name in ("devices", "idle")}
     machine["kernel"] = _text(out / "machine/kernel").strip()
-    return Evidence("vm", plan.read(programs / "lamella-rigd", rig_file, root / "proto"),
-                    plan.read_leds(rig_file),
-                    {key: _burst(out, key) for key in ("burst", "burst-again", *FAULTS)},
-                    {key: _light(out, key) for key in LIGHTS}, machine, out)
+    rigd = programs / "lamella-rigd"
+    crossed_file = _crossed(rig_file, out / "crossed")
+    return Evidence("vm", plan.read(rigd, rig_file, root / "proto"), plan.read_leds(rig_file),
+                    {key: _burst(out, key) for key in (*BURSTS, *FAULTS)},
+                    {key: _light(out, key) for key in LIGHTS}, machine, BURSTS,
+                    plan.read(rigd, crossed_file, root / "proto"), out)

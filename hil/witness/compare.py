@@ -29,8 +29,9 @@ def _describe(edge):
     return f"{edge.line} to {edge.value}"
 
 
-def order_fault(planned, seen):
-    """The first place where the sequences of edges part, in words, or None."""
+def order_fault(planned, seen, goes_on=False):
+    """The first place where the sequences of edges part, in words, or None. A burst that goes on, to
+    retake what went wrong, may have edges after the plan's last one."""
     for i, (want, got) in enumerate(zip(planned, seen)):
         if (want.line, want.value) != (got.line, got.value):
             return (f"edge {i}: {_describe(want)} of step {want.step} was planned, "
@@ -38,12 +39,12 @@ def order_fault(planned, seen):
     if len(planned) > len(seen):
         missing = planned[len(seen)]
         return f"{_describe(missing)} of step {missing.step} never happened"
-    if len(planned) < len(seen):
+    if len(planned) < len(seen) and not goes_on:
         return f"{_describe(seen[len(planned)])} happened after the plan's last edge"
     return None
 
 
-def compare(plan, edges, lines=LINES):
+def compare(plan, edges, lines=LINES, goes_on=False):
     """Order of the lines' edges, and each one's deviation from the plan.
 
     No witness sees the burst's zero: it is put where the critical edges' deviations have the median
@@ -51,7 +52,7 @@ def compare(plan, edges, lines=LINES):
     """
     planned = [edge for edge in changes(plan.edges, START_LEVELS) if edge.line in lines]
     seen = [edge for edge in edges if edge.line in lines]
-    fault = order_fault(planned, seen)
+    fault = order_fault(planned, seen, goes_on)
     if fault:
         return Comparison(fault, None, [])
     pairs = list(zip(planned, seen))
