@@ -55,6 +55,7 @@ struct hal {
   const char* name;  // "sim"
   void* self;        // first argument of every call
   char error[160];   // of the thread that plays; read_photograph's reason is the photograph's
+  bool heart;        // level of the heartbeat's line
   // read_photograph may be called by another thread while edges are played.
   bool reads_while_playing;
   // wait_until_us() takes real time: who waits long sleeps by himself, where a signal can end it.
@@ -91,5 +92,13 @@ struct hal {
   void (*lights_off)(void* self);
   void (*close)(void* self);
 };
+
+// Re-arms the monostable, for as long as that holds: to be called while light may shine, and
+// shortly before.
+static inline enum lam_status hal_beat(struct hal* hal) {
+  double at_us = 0;
+  hal->heart = !hal->heart;
+  return hal->set_line(hal->self, HAL_HEARTBEAT, hal->heart, &at_us);
+}
 
 #endif

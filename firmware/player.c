@@ -147,6 +147,13 @@ static enum lam_status check_in_time(struct player* player, const struct edge* e
   return LAM_HARDWARE;
 }
 
+// Light follows an exposure's beginning, and the chain may have taken longer to load than the
+// heart may rest.
+static enum lam_status trigger(struct hal* hal, bool level, double* at_us) {
+  const enum lam_status status = hal->set_line(hal->self, HAL_TRIGGER, level, at_us);
+  return status == LAM_OK && level ? hal_beat(hal) : status;
+}
+
 static enum lam_status act(struct player* player, const struct edge* edge, double* at_us) {
   struct hal* hal = player->hal;
   switch (edge->line) {
@@ -157,7 +164,7 @@ static enum lam_status act(struct player* player, const struct edge* edge, doubl
     case EDGE_BLANK:
       return hal->set_line(hal->self, HAL_BLANK, edge->value, at_us);
     case EDGE_TRIGGER:
-      return hal->set_line(hal->self, HAL_TRIGGER, edge->value, at_us);
+      return trigger(hal, edge->value, at_us);
     case EDGE_LAMP:
       return hal->set_line(hal->self, HAL_LAMP, edge->value, at_us);
     case EDGE_COMMIT:

@@ -281,9 +281,7 @@ void session_watch(struct session* session) {
   if (!session->playing) return;
   struct hal* hal = session->hal;
   struct hal_senses senses;
-  double at_us = 0;
-  session->heart = !session->heart;
-  if (hal->set_line(hal->self, HAL_HEARTBEAT, session->heart, &at_us) != LAM_OK) {
+  if (hal_beat(hal) != LAM_OK) {
     fail(session, LAM_PART_OTHER, hal->error);
   } else if (hal->sense(hal->self, &senses) != LAM_OK) {
     fail(session, LAM_PART_ACTUATOR, hal->error);

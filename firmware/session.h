@@ -44,7 +44,6 @@ struct session {
   lamella_v1_Latency latency;  // of this daemon
   lamella_v1_BurstDone done;
   bool flashing_unconfirmed;  // nobody has said that this subject bears flashing light
-  bool heart;                 // level of the heartbeat's line
   bool has_news;              // BurstDone or FAULT that no host was told yet
   bool has_progress;          // a photograph more that no host was told of yet
 };

@@ -76,8 +76,8 @@ def skipped_latch(evidence):
 
 
 def no_pull_up(evidence):
-    """Without BLANK's pull-up a killed sequencer leaves the LEDs lit; the watcher must say so."""
-    name = "control: on a board without BLANK's pull-up the light stays on, and is seen"
+    """Without BLANK's pull-up and the monostable a killed sequencer leaves the LEDs lit; the watcher must say so."""
+    name = "control: on a board without pull-up and monostable the light stays on, and is seen"
     if "control-no-pull-up" not in evidence.lights:
         return Result(name, [], [], skipped="lines in memory end with their process")
     light = evidence.lights["control-no-pull-up"]
