@@ -15,22 +15,32 @@ LIGHTS = ("off-term-leds", "off-term-lamp", "off-kill-leds", "off-kill-lamp", "o
 BURSTS = ("burst", *(f"burst-{number}" for number in range(2, 11)))
 
 
+class PackagesError(Exception):
+    """What the machine is made of cannot be had: no network, or no apt."""
+
+
 class MachineError(Exception):
     """The machine did not play its scenes."""
+
+
+def _apt(command):
+    try:
+        return subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout.decode().strip()
+    except subprocess.CalledProcessError as why:
+        raise PackagesError(f"exit {why.returncode} of {command[0].name}") from None
 
 
 def install(root, say):
     """Debian's cross-compiler, emulator and decoders, where they are missing."""
     say("what the machine is built with")
-    subprocess.run([root / "hil/vm/install"], check=True)
+    _apt([root / "hil/vm/install"])
 
 
 def build(root, cache, say):
     """Makes the machine, or finds it made; returns its kernel's version."""
     vm = root / "hil/vm"
     say("the machine's packages")
-    kernel = subprocess.run([vm / "fetch", cache], check=True,
-                            stdout=subprocess.PIPE).stdout.decode().strip()
+    kernel = _apt([vm / "fetch", cache])
     say(f"modules for {kernel}")
     subprocess.run([vm / "modules", cache, kernel], check=True)
     say("firmware for arm64")
