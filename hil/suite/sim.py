@@ -9,7 +9,7 @@ LINES = ("BLANK", "TRIGGER", "LAMP", "ANALYSER")
 
 
 def _burst(programs, rig_file, options):
-    done = subprocess.run([programs / "hil-play", "--on", "sim", "--rig", rig_file, *options],
+    done = subprocess.run([programs / "hil-play", "--rig", rig_file, *options],
                           check=True, capture_output=True)
     record = read_record(done.stdout.decode())
     return Burst(record.seen, LINES, record, codes=record.codes)
