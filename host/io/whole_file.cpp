@@ -92,6 +92,10 @@ void require_replaceable(const fs::path& place, const std::string& marker) {
 void require_file_place(const fs::path& path) {
   if (!path.has_filename()) throw_bad_input("\"" + path.string() + "\"", "is no name of a file");
   if (fs::is_directory(path)) throw_bad_input(path.string(), "is a folder", "give a file");
+  // A device, a pipe or a socket would be replaced by a file of that name.
+  if (fs::exists(path) && !fs::is_regular_file(path)) {
+    throw_bad_input(path.string(), "is no file", "give the name of a file");
+  }
 }
 
 void abandon_outputs() {
