@@ -1,5 +1,7 @@
 #include "io/whole_file.h"
 
+#include <sys/stat.h>
+
 #include <fstream>
 
 #include "io/expect_error.h"
@@ -22,6 +24,14 @@ TEST(WholeFile, AppearsOnlyWhenItIsWhole) {
   });
   EXPECT_EQ(read_text(file), "half");
   EXPECT_EQ(scratch.contents(), Names{"report.txt"});
+}
+
+TEST(WholeFile, DoesNotTakeThePlaceOfAPipe) {
+  const ScratchFolder scratch;
+  const fs::path pipe = scratch.path() / "pipe";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_THROW(write_whole_text(pipe, "text"), Error);
+  EXPECT_TRUE(fs::is_fifo(pipe));
 }
 
 TEST(WholeFile, LikeAWholeFolderMayBeGivenByABareName) {
