@@ -157,22 +157,31 @@ def stranger_refused(world):
     return Result("a host that is not paired is refused", [], faults, [f"on the wire: {told}"])
 
 
+def rounds(rises_s):
+    """Blinks at these times to [[blinks of each digit]] of each round, in order."""
+    found, last_s = [], None
+    for t in rises_s:
+        if last_s is None or t - last_s > ROUND_GAP_S:
+            found.append([])
+        if last_s is None or t - last_s > DIGIT_GAP_S:
+            found[-1].append(0)
+        found[-1][-1] += 1
+        last_s = t
+    return found
+
+
 def _read_code(world):
-    """As an operator does: counts the blinks of the ready light, until one round is over."""
+    """As an operator does: counts the blinks of the ready light, until a round of five is over. What
+    the light said before may have become part of a round, which is longer then."""
     deadline_s = time.monotonic() + LONGEST_S
     while time.monotonic() < deadline_s:
         time.sleep(1)
         lines = world.must('cat "$panel/trace"; cut -d" " -f1 /proc/uptime')
         edges = [(float(t), int(v)) for t, v in RISE_OR_FALL.findall("\n".join(lines))]
         rises = [t for i, (t, v) in enumerate(edges) if v and (i == 0 or not edges[i - 1][1])]
-        digits, last_s = [], None
-        for t in rises + [float(lines[-1])]:
-            if last_s is not None and t - last_s > ROUND_GAP_S and len(digits) == DIGITS:
-                return "".join(map(str, digits))
-            if last_s is None or t - last_s > DIGIT_GAP_S:
-                digits.append(0)
-            digits[-1] += 1
-            last_s = t
+        over = [r for r in rounds(rises + [float(lines[-1])])[:-1] if len(r) == DIGITS]
+        if over:
+            return "".join(map(str, over[0]))
     raise MachineError("the ready light blinks no code")
 
 
