@@ -134,14 +134,22 @@ def _trace_agrees(watched):
             and abs(watched.vblanks[s.sequence] - s.vblank_us) > 1]
 
 
+def _watch(evidence, name, key):
+    """(what was watched, None), or (None, the result that says why nothing can be judged)."""
+    if evidence.folder is None:
+        return None, Result(name, [], [], skipped="the simulated rig has no display to look at")
+    watched, fault = read(evidence.folder / key, evidence.folder / "machine")
+    if not fault and not (watched.shown and any(e.line == "TRIGGER" for e in watched.edges)):
+        fault = "nothing was shown, or no exposure was triggered"
+    return watched, Result(name, [], [fault]) if fault else None
+
+
 def shown_patterns(evidence, key="display"):
     """Every exposure saw its pattern, whole, and every flip came at its vblank."""
     name = "the display shows each exposure its pattern, pixel for pixel"
-    if evidence.folder is None:
-        return Result(name, [], [], skipped="the simulated rig has no display to look at")
-    watched, fault = read(evidence.folder / key, evidence.folder / "machine")
-    if fault:
-        return Result(name, [], [fault])
+    watched, unjudged = _watch(evidence, name, key)
+    if unjudged:
+        return unjudged
     numbers = plan.read_numbers(RIG_FILE)
     wrong, pixels = wrong_exposures(evidence.plan, watched, numbers)
     faults = [f"step {step} wants {wanted}, {shown} was shown" for step, wanted, shown in wrong]
@@ -164,11 +172,9 @@ def shown_patterns(evidence, key="display"):
 def flip_times(evidence, key="display"):
     """Each flip within its refresh, and the player's record of it right."""
     name = "the display flips at the planned vblanks, and the player's record says so"
-    if evidence.folder is None:
-        return Result(name, [], [], skipped="the simulated rig has no display to look at")
-    watched, fault = read(evidence.folder / key, evidence.folder / "machine")
-    if fault:
-        return Result(name, [], [fault])
+    watched, unjudged = _watch(evidence, name, key)
+    if unjudged:
+        return unjudged
     found, faults, zero_us = flips(evidence.plan, watched)
     faults += _trace_agrees(watched)
     off_us = [abs(t_us - edge.t_us - us - zero_us) for t_us, (edge, us) in
@@ -192,11 +198,9 @@ def flip_times(evidence, key="display"):
 def swapped_fringes(evidence):
     """Two fringes shown one for the other: these two exposures and no other are wrong."""
     name = f"control: {SWAPPED[0]} and {SWAPPED[1]} are exchanged, and found"
-    if evidence.folder is None:
-        return Result(name, [], [], skipped="the simulated rig has no display to look at")
-    watched, fault = read(evidence.folder / "control-swapped-fringes", evidence.folder / "machine")
-    if fault:
-        return Result(name, [], [fault])
+    watched, unjudged = _watch(evidence, name, "control-swapped-fringes")
+    if unjudged:
+        return unjudged
     wrong, _ = wrong_exposures(evidence.plan, watched, plan.read_numbers(RIG_FILE))
     found = sorted((wanted, shown) for _, wanted, shown in wrong)
     right = found == [SWAPPED, SWAPPED[::-1]]
@@ -206,11 +210,9 @@ def swapped_fringes(evidence):
 def late_flip(evidence):
     """One pattern asked for too late for its vblank: that flip and no other came elsewhere."""
     name = f"control: flip {LATE_COMMIT} is asked for after its vblank, and is missed there"
-    if evidence.folder is None:
-        return Result(name, [], [], skipped="the simulated rig has no display to look at")
-    watched, fault = read(evidence.folder / "control-late-flip", evidence.folder / "machine")
-    if fault:
-        return Result(name, [], [fault])
+    watched, unjudged = _watch(evidence, name, "control-late-flip")
+    if unjudged:
+        return unjudged
     _, faults, _ = flips(evidence.plan, watched, goes_on=True)  # the rig takes that step again
     step = [edge.step for edge in evidence.plan.edges if edge.line == "VBLANK"][LATE_COMMIT]
     right = len(faults) == 1 and faults[0].startswith(f"step {step}: ")

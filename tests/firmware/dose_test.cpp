@@ -13,12 +13,6 @@ extern "C" {
 
 namespace {
 
-burst_plan planned(const struct rig& rig) {
-  burst_plan plan;
-  burst_order(&rig, kBurstSteps, BURST_STEPS, rig.analyser_parks_crossed, &plan);
-  return plan;
-}
-
 struct dose dose_of(const struct rig& rig) {
   const burst_plan plan = planned(rig);
   return dose_of_burst(&rig, &plan);

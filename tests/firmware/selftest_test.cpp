@@ -8,8 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "fake_twin.h"
-#include "test_rig.h"
+#include "faulty_rig.h"
 
 extern "C" {
 #include "hal_sim.h"
@@ -21,17 +20,10 @@ namespace {
 unsigned only(selftest_part part) { return 1u << part; }
 
 // A rig in memory that tests itself before a fake twin.
-struct Bench {
-  explicit Bench(const std::vector<std::string>& injected = {}) : block(4 << 20) {
-    sim_faults faults = kSimNoFaults;
-    for (const std::string& fault : injected) {
-      EXPECT_TRUE(sim_faults_parse(fault.c_str(), &faults)) << fault;
-    }
-    EXPECT_EQ(hal_sim_open(&sim, &rig, SIM_CLOCK_VIRTUAL, faults, twin.path().c_str()), LAM_OK);
-    store_init(&photographs, block.data(), block.size());
+struct Bench : FaultyRig {
+  explicit Bench(const std::vector<std::string>& injected = {}) : FaultyRig(injected) {
     selftest_init(&test, &rig, &sim.hal, &photographs);
   }
-  ~Bench() { sim.hal.close(&sim); }
 
   const struct selftest& run(unsigned parts, bool quick = false, bool learning = false) {
     selftest_begin(&test, parts, quick, learning);
@@ -60,11 +52,6 @@ struct Bench {
     return all;
   }
 
-  struct rig rig = test_rig();
-  FakeTwin twin;
-  std::vector<uint8_t> block;
-  struct hal_sim sim;
-  struct store photographs;
   struct selftest test;
 };
 

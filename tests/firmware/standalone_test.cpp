@@ -7,8 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "fake_twin.h"
-#include "test_rig.h"
+#include "faulty_rig.h"
 
 extern "C" {
 #include "hal_sim.h"
@@ -19,23 +18,14 @@ namespace {
 
 constexpr double kTickUs = 10e3;
 
-struct Bench {
-  explicit Bench(const std::vector<std::string>& injected = {}) : block(4 << 20) {
-    sim_faults faults = kSimNoFaults;
-    for (const std::string& fault : injected) {
-      EXPECT_TRUE(sim_faults_parse(fault.c_str(), &faults)) << fault;
-    }
-    EXPECT_EQ(hal_sim_open(&sim, &rig, SIM_CLOCK_VIRTUAL, faults, twin.path().c_str()), LAM_OK);
-    store_init(&photographs, block.data(), block.size());
+struct Bench : FaultyRig {
+  explicit Bench(const std::vector<std::string>& injected = {}) : FaultyRig(injected) {
     session_init(&session, &rig, &sim.hal, &photographs);
     selftest_init(&selftest, &rig, &sim.hal, &photographs);
     standalone_init(&alone, &session, &selftest, SELFTEST_ALL);
     alone.has_button = true;
   }
-  ~Bench() {
-    session_close(&session);
-    sim.hal.close(&sim);
-  }
+  ~Bench() { session_close(&session); }
 
   double now_us() { return sim.hal.now_us(&sim); }
 
@@ -88,11 +78,6 @@ struct Bench {
     }
   }
 
-  struct rig rig = test_rig();
-  FakeTwin twin;
-  std::vector<uint8_t> block;
-  struct hal_sim sim;
-  struct store photographs;
   struct session session;
   struct selftest selftest;
   struct standalone alone;

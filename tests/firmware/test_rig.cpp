@@ -18,3 +18,9 @@ struct rig test_rig(const std::string& name) {
       << name;
   return rig;
 }
+
+struct burst_plan planned(const struct rig& rig) {
+  struct burst_plan plan;
+  burst_order(&rig, kBurstSteps, BURST_STEPS, rig.analyser_parks_crossed, &plan);
+  return plan;
+}
