@@ -19,8 +19,8 @@
 
 static const int kDarkWithinMs = 8;
 
-// A dying process gives its memory back before its pidfd tells of its end: 170 ms for a store of
-// 400 MB. A robust lock that it held is told of before that.
+// A dying process gives its memory back, and closes its devices, before its pidfd tells of its end:
+// more than the lights may stay on. A robust lock that it held is told of before that.
 struct life {
   pthread_mutex_t lock;  // held by the sequencer until it ends
   sem_t is_held;
