@@ -181,6 +181,19 @@ Break Socket::fill(size_t size, Deadline deadline) {
   return {};
 }
 
+Break Socket::receive_bytes(uint8_t* bytes, size_t size, Deadline deadline) {
+  if (fd_ < 0) return "not connected";
+  const size_t kept = std::min(size, end_ - begin_);
+  std::copy_n(buffer_.data() + begin_, kept, bytes);
+  begin_ += kept;
+  for (size_t at = kept; at < size;) {
+    size_t got = 0;
+    if (Break broken = receive_some(bytes + at, size - at, deadline, &got)) return broken;
+    at += got;
+  }
+  return {};
+}
+
 Break Socket::send(const google::protobuf::MessageLite& message, Deadline deadline) {
   const size_t size = message.ByteSizeLong();
   if (size > kMaxWireBytes) return "a message of " + std::to_string(size) + " bytes is too long";

@@ -54,6 +54,10 @@ class Socket {
   // Bytes that follow a message without a length of their own.
   [[nodiscard]] Break send_bytes(const uint8_t* bytes, size_t size, Deadline deadline);
 
+  // Exactly `size` bytes that are not framed, some of which may have come with the last message:
+  // who reads the descriptor itself misses those.
+  [[nodiscard]] Break receive_bytes(uint8_t* bytes, size_t size, Deadline deadline);
+
   // `address` is HOST:PORT or [HOST]:PORT. The socket must be closed.
   [[nodiscard]] Break connect_tcp(const std::string& address, Deadline deadline);
 

@@ -63,7 +63,9 @@ TEST(Surface, OfABallHasItsPlaceNormalsAndArea) {
   double area = 0;
   for (size_t i = 0; i < s.size(); ++i) {
     ASSERT_NEAR(length(s.position_mm[i]), kRadius, 0.01f);
-    if (s.position_mm[i][2] > 0) ASSERT_GT(dot(s.normal[i], unit(s.position_mm[i])), 0.999f);
+    if (s.position_mm[i][2] > 0) {
+      ASSERT_GT(dot(s.normal[i], unit(s.position_mm[i])), 0.999f);
+    }
     area += s.area_mm2[i];
   }
   EXPECT_NEAR(area, 4 * kPi * kRadius * kRadius, 0.01 * 4 * kPi * kRadius * kRadius);

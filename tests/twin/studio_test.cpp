@@ -182,18 +182,14 @@ TEST(Server, SendsThePhotographThatTheSessionHas) {
   const LocalListener listener(path);
   std::thread server([&] { serve(listener, small_head(), &studio, [&] { return stop.load(); }); });
   {
-    const int fd = connect_to(path);
-    Socket socket(fd);
+    Socket socket(connect_to(path));
     const Deadline deadline = deadline_in(60);
     EXPECT_FALSE(socket.send(nominal_report(), deadline));
     v1::PhotographHeader header;
     EXPECT_FALSE(socket.receive(&header, deadline));
     EXPECT_EQ(header.error(), "");
     std::vector<uint8_t> bytes(header.size_bytes());
-    for (size_t got = 0; got < bytes.size();) {
-      const ssize_t n = ::recv(fd, bytes.data() + got, bytes.size() - got, 0);
-      if (n > 0) got += size_t(n);
-    }
+    EXPECT_FALSE(socket.receive_bytes(bytes.data(), bytes.size(), deadline));
     EXPECT_EQ(crc32c(bytes.data(), bytes.size()), header.crc32c());
     const RawImage raw = unpack_rgb12p(bytes.data(), bytes.size(),
                                        cv::Size(int(header.width()), int(header.height())));
