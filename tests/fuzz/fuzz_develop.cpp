@@ -10,8 +10,10 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* bytes, size_t size) {
   const cv::Size shape(int(bytes[0]) - 2, int(bytes[1]) - 2);
   const std::vector<uint8_t> raw(bytes + 3, bytes + size);
   const Image3 image = develop(raw, shape, {64, 1.0 / 4000, 1.0, pixels});
-  const bool whole = shape.width > 0 && shape.height > 0 &&
-                     raw.size() == raw12_bytes(pixels, size_t(shape.width), size_t(shape.height));
+  // No bytes are a photograph of no pixels, nor of a mosaic too small to have every colour.
+  const bool any = shape.width > 0 && shape.height > 0;
+  const size_t needed = any ? raw12_bytes(pixels, size_t(shape.width), size_t(shape.height)) : 0;
+  const bool whole = needed > 0 && raw.size() == needed;
   if (image.empty() == whole || (whole && image.size() != shape)) std::abort();
   return 0;
 }
