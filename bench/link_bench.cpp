@@ -123,7 +123,7 @@ struct Link {
     LinkOptions options;
     options.tls = TlsOptions{identity, kBurstProtocol, [](const Fingerprint&) { return true; }};
     client = std::make_unique<LinkClient>(rigd->address(), options);
-    offers = client->offers(client->run_burst("bench"));
+    offers = client->offers(client->run_burst("bench", false, true));
   }
 
   testing::TestTwin twin;
