@@ -50,21 +50,32 @@ def build(root, cache, say):
     return kernel
 
 
-def boot(root, cache, kernel, out, say):
-    """Boots once and plays every scene; the guest leaves a folder for each under out."""
+def empty(out):
+    """The folder in which boots leave what they saw, without an earlier run's."""
     shutil.rmtree(out, ignore_errors=True)
     out.mkdir(parents=True)
-    say("boot")
-    done = subprocess.run([root / "hil/vm/boot", cache, kernel, out, "scenes.d"],
+    return out
+
+
+def boot(root, cache, kernel, out, scenes, say):
+    """Boots once and plays a folder of scenes; the guest leaves a folder for each under out."""
+    say(f"boot of {scenes}")
+    done = subprocess.run([root / "hil/vm/boot", cache, kernel, out, scenes],
                           stdin=subprocess.DEVNULL)
     if done.returncode == TIMED_OUT:
-        raise MachineError(f"the machine never switched itself off: see {out / 'console'}")
+        raise MachineError(f"the machine never switched itself off: see {console(out, scenes)}")
     done.check_returncode()
+    say(f"end of {scenes}")
+
+
+def console(out, scenes):
+    """What a boot said."""
+    return out / f"console-{scenes}"
 
 
 def _text(path):
     if not path.exists():
-        raise MachineError(f"the machine left no {path}: see {path.parent.parent / 'console'}")
+        raise MachineError(f"the machine left no {path}: see {path.parent.parent}/console-*")
     return path.read_text(encoding="utf-8", errors="replace")
 
 
