@@ -29,11 +29,11 @@ struct sim_faults {
 extern const struct sim_faults kSimNoFaults;
 
 // What sim_faults_parse() reads, for a usage text.
-#define SIM_FAULT_NAMES                                                           \
-  "  flip-bit:N stuck-bit:N missing-chip:N broken-chip:N dead-led:N weak-led:N\n" \
-  "  swapped-leds:N:M late-blank:US[:PULSE] drop-frame:SHOT missing-camera:N\n"   \
-  "  slow-actuator:FACTOR stuck-actuator spi-error:FRAME frozen-projector\n"      \
-  "  estop hot:CELSIUS begin:US press:AT_US:FOR_US\n"
+#define SIM_FAULT_NAMES                                                             \
+  "    flip-bit:N stuck-bit:N missing-chip:N broken-chip:N dead-led:N weak-led:N\n" \
+  "    swapped-leds:N:M late-blank:US[:PULSE] drop-frame:SHOT missing-camera:N\n"   \
+  "    slow-actuator:FACTOR stuck-actuator spi-error:FRAME frozen-projector\n"      \
+  "    estop hot:CELSIUS begin:US press:AT_US:FOR_US\n"
 
 // Reads one fault into `faults`. False where it is none.
 bool sim_faults_parse(const char* text, struct sim_faults* faults);

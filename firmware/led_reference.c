@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "crc32c.h"
+#include "input_file.h"
 
 // "LamLEDs1", the number of LEDs, their signatures as floats, CRC32C of all that; little endian.
 static const char kMagic[8] = "LamLEDs1";
@@ -112,12 +113,15 @@ bool led_reference_parse(const uint8_t* bytes, size_t size, size_t led_count,
 
 enum lam_status led_reference_read(const char* path, size_t led_count,
                                    struct led_reference* reference, char error[112]) {
-  static uint8_t bytes[kMaxFileBytes + 1];
+  static uint8_t bytes[kMaxFileBytes];
   reference->led_count = 0;
-  FILE* file = fopen(path, "rb");
-  if (file == NULL && errno == ENOENT) return LAM_OK;
-  const size_t size = file != NULL ? fread(bytes, 1, sizeof bytes, file) : 0;
-  if (file != NULL) fclose(file);
+  char why[INPUT_FILE_WHY_CHARS];
+  size_t size = 0;
+  if (!input_file_read(path, bytes, sizeof bytes, &size, why)) {
+    if (errno == ENOENT) return LAM_OK;
+    snprintf(error, 112, "%.60s: %.50s", path, why);
+    return LAM_BAD_INPUT;
+  }
   if (led_reference_parse(bytes, size, led_count, reference)) return LAM_OK;
   snprintf(error, 112, "%.60s: no LED reference of this rig; learn it again", path);
   return LAM_BAD_INPUT;

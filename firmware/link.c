@@ -14,6 +14,7 @@
 static const double kListenGapUs = 5000, kShakeGapUs = 20000;
 static const double kLongestPollUs = 200000;
 static const double kPairPollUs = 40000;  // how smoothly the code blinks
+static const double kHelloUs = 2e6;       // a host that says hello later keeps others out
 // On a real clock the loop sleeps until this long before an edge, and looks at the rig this often.
 static const double kReadyUs = 1000;
 static const double kWatchEveryUs = 2000;
@@ -152,7 +153,7 @@ static void turn_away(struct link_server* server, struct link_stream* stream) {
   snprintf(reply.body.refusal.reason, sizeof reply.body.refusal.reason,
            "another host is connected to this rig");
   send_frame(server, stream, lamella_v1_Reply_fields, &reply);
-  link_stream_close(stream);
+  door_dismiss(&server->door, stream, now_us());
 }
 
 static void turn_away_from_pairing(struct link_server* server, struct link_stream* stream) {
@@ -161,7 +162,7 @@ static void turn_away_from_pairing(struct link_server* server, struct link_strea
   snprintf(reply.body.refusal.reason, sizeof reply.body.refusal.reason,
            "another host is being paired with this rig");
   send_frame(server, stream, lamella_v1_PairReply_fields, &reply);
-  link_stream_close(stream);
+  door_dismiss(&server->door, stream, now_us());
 }
 
 // A guest whose handshake is over.
@@ -172,6 +173,7 @@ static void welcome(struct link_server* server, struct link_stream* stream,
       turn_away(server, stream);
     } else {
       server->host = *stream;
+      server->hello_by_us = now_us() + kHelloUs;
     }
   } else if (server->pairing.socket >= 0) {
     turn_away_from_pairing(server, stream);
@@ -240,12 +242,25 @@ static void tick_pairing(struct link_server* server) {
   show_code(server);
 }
 
+// A host that has not said hello yet: who comes meanwhile waits at the door, and is not told that
+// the rig has a host.
+static bool is_undecided(const struct link_server* server) {
+  return server->host.socket >= 0 && !server->dialogue.greeted;
+}
+
+static void put_out_silent_host(struct link_server* server) {
+  if (!is_undecided(server) || now_us() < server->hello_by_us) return;
+  link_refuse(&server->dialogue, 0, lamella_v1_Refusal_Code_BAD_REQUEST,
+              "a host says hello within 2 s");
+  hang_up(server);
+}
+
 static void hear_guests(struct link_server* server) {
   for (int i = 0; i < DOOR_GUESTS; i++) {
     struct guest* guest = &server->door.guests[i];
     struct link_stream stream;
     struct link_peer peer;
-    if (guest->stream.socket >= 0 &&
+    if (guest->stream.socket >= 0 && !is_undecided(server) &&
         door_shake(&server->door, guest, &stream, &peer) == LINK_DONE) {
       welcome(server, &stream, &peer);
     }
@@ -260,8 +275,8 @@ static bool listen_once(struct link_server* server, double timeout_us, double ga
                                    {.fd = server->host.socket, .events = POLLIN},
                                    {.fd = server->pairing.socket, .events = POLLIN}};
   for (int i = 0; i < DOOR_GUESTS; i++) {
-    sockets[FIRST_GUEST + i] =
-        (struct pollfd){.fd = server->door.guests[i].stream.socket, .events = POLLIN};
+    const int guest = is_undecided(server) ? -1 : server->door.guests[i].stream.socket;
+    sockets[FIRST_GUEST + i] = (struct pollfd){.fd = guest, .events = POLLIN};
   }
   const bool more = server->host.socket >= 0 && link_stream_has_more(&server->host);
   const long long timeout_ns = more ? 0 : (long long)(timeout_us * 1e3);
@@ -271,6 +286,7 @@ static bool listen_once(struct link_server* server, double timeout_us, double ga
   const int ready = ppoll(sockets, POLLED, &timeout, &none_held);
   if (ready < 0) return false;
   if (more || sockets[HOST].revents != 0) hear_host(server);
+  put_out_silent_host(server);
   if (sockets[LISTENER].revents != 0) door_accept(&server->door, now_us());
   if (server->door.context == NULL || gap_us >= kShakeGapUs) hear_guests(server);
   if (isinf(gap_us)) {  // nobody is paired while edges are played

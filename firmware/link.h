@@ -14,6 +14,7 @@ enum { LINK_PAIR_ROOM = WIRE_LENGTH_BYTES + 512 };
 
 struct link_server {
   struct link_door door;
+  double hello_by_us;  // of the host's connection
   struct link_stream host, pairing;
   // What else the serving loop tends to, in every gap long enough to be heard in. Returns when it
   // is due again, on the rig's clock. NULL: nothing.

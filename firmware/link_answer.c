@@ -10,8 +10,6 @@
 
 #define CODE(name) lamella_v1_Refusal_Code_##name
 
-static const char kFirmwareVersion[] = "0.1.0";
-
 lamella_v1_Reply* link_begin(struct dialogue* dialogue, uint32_t request_id, pb_size_t body) {
   dialogue->reply = (lamella_v1_Reply)lamella_v1_Reply_init_zero;
   dialogue->reply.request_id = request_id;
@@ -55,7 +53,7 @@ static bool answer_hello(struct dialogue* dialogue, uint32_t id, const lamella_v
   lamella_v1_Welcome* welcome =
       &link_begin(dialogue, id, lamella_v1_Reply_welcome_tag)->body.welcome;
   welcome->protocol_version = LINK_PROTOCOL_VERSION;
-  snprintf(welcome->firmware_version, sizeof welcome->firmware_version, "%s", kFirmwareVersion);
+  snprintf(welcome->firmware_version, sizeof welcome->firmware_version, LINK_FIRMWARE_VERSION);
   snprintf(welcome->hal, sizeof welcome->hal, "%s", dialogue->session->hal->name);
   welcome->led_count = (uint32_t)dialogue->session->rig->led_count;
   welcome->camera_count = 2;

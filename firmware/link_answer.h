@@ -11,6 +11,7 @@
 #include "standalone.h"
 
 enum { LINK_PROTOCOL_VERSION = 1 };
+#define LINK_FIRMWARE_VERSION "0.1.0"
 
 // One host's conversation with the rig.
 struct dialogue {

@@ -13,17 +13,21 @@
 
 static const double kShakeUs = 8e6;  // a burst in between may take most of it
 
-static bool parse_address(const char* text, struct sockaddr_in* address) {
-  char host[16];
+// What is wrong with it, or NULL.
+static const char* parse_address(const char* text, struct sockaddr_in* address) {
+  char host[16] = "";
   const char* colon = strrchr(text, ':');
-  if (colon == NULL || (size_t)(colon - text) >= sizeof host) return false;
-  memcpy(host, text, (size_t)(colon - text));
-  host[colon - text] = '\0';
+  if (colon == NULL) return "no port: give ADDRESS:PORT";
   char* end = NULL;
   const unsigned long port = strtoul(colon + 1, &end, 10);
-  if (end == colon + 1 || *end != '\0' || port > 65535) return false;
+  const bool digit = colon[1] >= '0' && colon[1] <= '9';
+  if (!digit || *end != '\0' || port > 65535) {
+    return "a port is a number from 0 to 65535, 0 for any that is free";
+  }
+  if ((size_t)(colon - text) < sizeof host) memcpy(host, text, (size_t)(colon - text));
   *address = (struct sockaddr_in){.sin_family = AF_INET, .sin_port = htons((uint16_t)port)};
-  return inet_pton(AF_INET, host, &address->sin_addr) == 1;
+  const bool numbers = inet_pton(AF_INET, host, &address->sin_addr) == 1;
+  return numbers ? NULL : "not an IPv4 address in numbers before the port";
 }
 
 static enum lam_status bind_listener(struct link_door* door, const char* address,
@@ -73,8 +77,9 @@ enum lam_status door_open(struct link_door* door, const struct link_place* place
   door->listener = -1;
   for (int i = 0; i < DOOR_GUESTS; i++) door->guests[i].stream = kNoStream;
   struct sockaddr_in bound;
-  if (!parse_address(place->address, &bound)) {
-    snprintf(error, error_size, "--listen %s: not ADDRESS:PORT; use 127.0.0.1:0", place->address);
+  const char* why = parse_address(place->address, &bound);
+  if (why != NULL) {
+    snprintf(error, error_size, "--listen %s: %s", place->address, why);
     return LAM_BAD_INPUT;
   }
   if (place->state == NULL && ntohl(bound.sin_addr.s_addr) >> 24 != 127) {
@@ -121,6 +126,18 @@ void door_accept(struct link_door* door, double now_us) {
   link_stream_open(&guest->stream, socket, door->context);
 }
 
+static void hold_out(struct guest* guest) {
+  shutdown(guest->stream.socket, SHUT_WR);
+  guest->refused = true;
+}
+
+void door_dismiss(struct link_door* door, const struct link_stream* stream, double now_us) {
+  struct guest* guest = place_for_one_more(door);
+  guest->stream = *stream;
+  guest->ends_us = now_us + kShakeUs;
+  hold_out(guest);
+}
+
 static bool know_guest(const struct link_door* door, const struct guest* guest,
                        struct link_peer* peer) {
   if (door->context != NULL) return link_tls_peer(&guest->stream, peer);
@@ -128,11 +145,9 @@ static bool know_guest(const struct link_door* door, const struct guest* guest,
   return true;
 }
 
-// Closed at once with bytes unread, a socket is reset, and the alert that says why is lost.
 static void refuse(struct guest* guest) {
   fprintf(stderr, "lamella-rigd: a connection was refused: %s\n", guest->stream.fate);
-  shutdown(guest->stream.socket, SHUT_WR);
-  guest->refused = true;
+  hold_out(guest);
 }
 
 static enum link_progress hear_out(struct guest* guest) {

@@ -45,6 +45,10 @@ void door_accept(struct link_door* door, double now_us);
 enum link_progress door_shake(struct link_door* door, struct guest* guest,
                               struct link_stream* stream, struct link_peer* peer);
 
+// A guest that was told why it cannot stay is given the time to hear it: closed at once with bytes
+// unread, a socket is reset, and what was said is lost.
+void door_dismiss(struct link_door* door, const struct link_stream* stream, double now_us);
+
 // Puts out guests whose time is over.
 void door_put_out(struct link_door* door, double now_us);
 

@@ -41,6 +41,7 @@ static bool send_held(struct dialogue* dialogue, uint32_t id, const struct held_
   *held = (lamella_v1_HeldBurst){.burst_id = burst->id,
                                  .begun_unix_us = burst->begun_unix_us,
                                  .whole = burst->whole,
+                                 .flashing_confirmed = burst->flashing_confirmed,
                                  .frames_held = burst->held,
                                  .frames_acknowledged = burst->acknowledged,
                                  .frames_expected = burst->expected,
@@ -54,6 +55,7 @@ static bool send_held_in_memory(struct dialogue* dialogue, uint32_t id) {
   const struct store* store = session->store;
   struct held_burst burst = {.id = session->burst_id, .whole = true};
   burst.expected = session->done.frame_count;
+  burst.flashing_confirmed = store->current.flashing_confirmed;
   for (size_t i = 0; i < store->count; i++) {
     const struct photograph* photograph = &store->photographs[i];
     burst.acknowledged += photograph->acknowledged;

@@ -106,11 +106,31 @@ static enum link_progress judge(struct link_stream* stream, int result, short* e
   return LINK_GONE;
 }
 
+// OpenSSL closes on what is no TLS without a word. The alert tells whoever speaks in the clear what
+// it has met.
+static void alert_in_the_clear(int socket) {
+  static const uint8_t kProtocolVersionAlert[] = {21, 3, 3, 0, 2, 2, 70};
+  send(socket, kProtocolVersionAlert, sizeof kProtocolVersionAlert, MSG_NOSIGNAL | MSG_DONTWAIT);
+}
+
+static enum link_progress await_first_byte(struct link_stream* stream) {
+  uint8_t first;
+  const ssize_t got = recv(stream->socket, &first, 1, MSG_PEEK | MSG_DONTWAIT);
+  if (got > 0) return LINK_DONE;
+  if (got < 0 && (errno == EINTR || errno == EAGAIN)) return LINK_LATER;
+  snprintf(stream->fate, sizeof stream->fate, "closed without a word");
+  return LINK_GONE;
+}
+
 enum link_progress link_stream_shake(struct link_stream* stream) {
-  if (stream->tls == NULL) return LINK_DONE;
+  if (stream->tls == NULL) return await_first_byte(stream);
   ERR_clear_error();
   const int result = SSL_do_handshake(stream->tls);
-  return result == 1 ? LINK_DONE : judge(stream, result, NULL);
+  if (result == 1) return LINK_DONE;
+  const enum link_progress progress = judge(stream, result, NULL);
+  const bool greeted = SSL_get_state(stream->tls) != TLS_ST_BEFORE;
+  if (progress == LINK_GONE && !greeted) alert_in_the_clear(stream->socket);
+  return progress;
 }
 
 int link_stream_read(struct link_stream* stream, uint8_t* bytes, size_t room) {

@@ -22,7 +22,8 @@ extern const struct link_stream kNoStream;
 enum link_progress link_stream_open(struct link_stream* stream, int socket, SSL_CTX* context);
 void link_stream_close(struct link_stream* stream);
 
-// As much of the handshake as the bytes that are here allow.
+// As much of the handshake as the bytes that are here allow. In the clear it is over with the first
+// of them: who says nothing is no peer.
 enum link_progress link_stream_shake(struct link_stream* stream);
 
 // Bytes read, 0 where none are here yet, -1 where the other end is gone.

@@ -5,9 +5,11 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "hal_linux.h"
 #include "hal_sim.h"
+#include "input_file.h"
 #include "link.h"
 #include "link_announce.h"
 #include "plan.h"
@@ -21,18 +23,26 @@
 
 enum { kExitBadInput = 2, kExitRigFailed = 3, kMaxCalibrationBytes = 1 << 20 };
 
-static const char kUsage[] =
-    "usage: lamella-rigd --hal sim --rig FILE --twin SOCKET --calibration FILE\n"
-    "                    --listen 127.0.0.1:PORT [--clock virtual|real]\n"
-    "                    [--state FOLDER] [--name NAME] [--store FOLDER]\n"
-    "                    [--standalone] [--led-reference FILE] [--inject FAULT]...\n"
-    "       lamella-rigd --hal linux --rig FILE --calibration FILE --listen ADDRESS:PORT\n"
-    "                    --state FOLDER [--name NAME] [--store FOLDER]\n"
-    "                    [--standalone] [--led-reference FILE]\n"
-    "       lamella-rigd --announce FILE --state FOLDER --listen ADDRESS:PORT [--name NAME]\n"
-    "       lamella-rigd --check --rig FILE\n"
-    "       lamella-rigd --plan --rig FILE   (writes lamella.v1.Plan to standard output)\n"
-    "faults of the simulated rig:\n" SIM_FAULT_NAMES;
+static const char kHelp[] =
+    "usage: lamella-rigd --hal linux --rig FILE --calibration FILE\n"
+    "                    --listen ADDRESS:PORT --state FOLDER [OPTION]...\n"
+    "       lamella-rigd --hal sim --rig FILE --calibration FILE\n"
+    "                    --listen 127.0.0.1:PORT --twin SOCKET [OPTION]...\n"
+    "       lamella-rigd --check --rig FILE   says all that is wrong with it\n"
+    "       lamella-rigd --plan --rig FILE    its burst, a lamella.v1.Plan, on stdout\n"
+    "       lamella-rigd --announce FILE --state FOLDER --listen ADDRESS:PORT\n"
+    "       lamella-rigd --help | --version\n"
+    "  --state FOLDER         the rig's key and paired hosts, for TLS; without it\n"
+    "                         the link is in the clear, on loopback alone\n"
+    "  --store FOLDER         keeps photographs on disk until a host has them\n"
+    "  --standalone           the START button takes bursts\n"
+    "  --led-reference FILE   what the self-test compares LEDs with\n"
+    "  --name NAME            of the rig; else the machine's\n"
+    "  --clock virtual|real   of the simulated rig\n"
+    "  --inject FAULT         into the simulated rig; N, M count from 0:\n" SIM_FAULT_NAMES
+    "exit: 0 stopped, 2 bad input, 3 rig or link failed\n";
+
+static const char kSeeHelp[] = "see lamella-rigd --help";
 
 struct arguments {
   const char *hal, *rig, *twin, *calibration, *listen;
@@ -45,6 +55,7 @@ struct arguments {
   struct sim_faults faults;
   bool check;  // read the rig file, say all that is wrong with it, and end
   bool plan;   // the same, and write the burst that it would play
+  bool help, version;
 };
 
 static volatile sig_atomic_t stop;
@@ -77,12 +88,15 @@ static bool parse_clock(const char* text, enum sim_clock* clock) {
 }
 
 static bool require(const char* value, const char* option) {
-  if (value == NULL) fprintf(stderr, "lamella-rigd: %s is missing\n%s", option, kUsage);
+  if (value == NULL) fprintf(stderr, "lamella-rigd: %s is missing; %s\n", option, kSeeHelp);
   return value != NULL;
 }
 
 static bool is_complete(const struct arguments* arguments) {
-  if (arguments->announce != NULL) return true;
+  if (arguments->help || arguments->version) return true;
+  if (arguments->announce != NULL) {
+    return require(arguments->state, "--state") && require(arguments->listen, "--listen");
+  }
   if (arguments->check || arguments->plan) return require(arguments->rig, "--rig");
   if (!require(arguments->hal, "--hal") || !require(arguments->rig, "--rig") ||
       !require(arguments->calibration, "--calibration") ||
@@ -92,6 +106,12 @@ static bool is_complete(const struct arguments* arguments) {
   if (strcmp(arguments->hal, "linux") == 0) return true;
   if (strcmp(arguments->hal, "sim") == 0) return require(arguments->twin, "--twin");
   fprintf(stderr, "lamella-rigd: --hal %s: there are sim and linux\n", arguments->hal);
+  return false;
+}
+
+static bool refuse(const char* option, const char* value, const char* why) {
+  fprintf(stderr, "lamella-rigd: %s%s%s: %s; %s\n", option, value[0] != '\0' ? " " : "", value, why,
+          kSeeHelp);
   return false;
 }
 
@@ -111,16 +131,22 @@ static bool parse_arguments(int argc, char** argv, struct arguments* arguments) 
                                            {"announce", required_argument, NULL, 'A'},
                                            {"standalone", no_argument, NULL, 'a'},
                                            {"led-reference", required_argument, NULL, 'e'},
+                                           {"help", no_argument, NULL, 'H'},
+                                           {"version", no_argument, NULL, 'V'},
                                            {NULL, 0, NULL, 0}};
   *arguments = (struct arguments){.faults = kSimNoFaults};
-  for (int option; (option = getopt_long(argc, argv, "", kOptions, NULL)) != -1;) {
-    bool good = true;
+  opterr = 0;
+  for (int option; (option = getopt_long(argc, argv, ":", kOptions, NULL)) != -1;) {
+    if (option == '?') return refuse(argv[optind - 1], "", "no such option");
+    if (option == ':') return refuse(argv[optind - 1], "", "needs a value");
     if (option == 'h') arguments->hal = optarg;
     if (option == 'r') arguments->rig = optarg;
     if (option == 't') arguments->twin = optarg;
     if (option == 'c') arguments->calibration = optarg;
     if (option == 'l') arguments->listen = optarg;
-    if (option == 'k') good = parse_clock(optarg, &arguments->clock);
+    if (option == 'k' && !parse_clock(optarg, &arguments->clock)) {
+      return refuse("--clock", optarg, "there are virtual and real");
+    }
     if (option == 'x') arguments->check = true;
     if (option == 'p') arguments->plan = true;
     if (option == 's') arguments->store = optarg;
@@ -129,28 +155,14 @@ static bool parse_arguments(int argc, char** argv, struct arguments* arguments) 
     if (option == 'a') arguments->standalone = true;
     if (option == 'e') arguments->led_reference = optarg;
     if (option == 'A') arguments->announce = optarg;
-    if (option == 'i') good = sim_faults_parse(optarg, &arguments->faults);
-    if (!good) fprintf(stderr, "lamella-rigd: '%s' is no value of its option\n", optarg);
-    if (!good || option == '?') {
-      fputs(kUsage, stderr);
-      return false;
+    if (option == 'H') arguments->help = true;
+    if (option == 'V') arguments->version = true;
+    if (option == 'i' && !sim_faults_parse(optarg, &arguments->faults)) {
+      return refuse("--inject", optarg, "no such fault, or its number is out of range");
     }
   }
+  if (optind < argc) return refuse(argv[optind], "", "is no option");
   return is_complete(arguments);
-}
-
-// Reads a whole file of at most `most` bytes into memory that lives as long as the daemon.
-static uint8_t* read_file(const char* path, size_t most, size_t* size) {
-  FILE* file = fopen(path, "rb");
-  uint8_t* bytes = file != NULL ? malloc(most + 1) : NULL;
-  *size = bytes != NULL ? fread(bytes, 1, most + 1, file) : 0;
-  const bool whole = bytes != NULL && !ferror(file) && *size <= most;
-  if (file != NULL) fclose(file);
-  if (whole) return bytes;
-  fprintf(stderr, "%s: %s\n", path,
-          *size > most ? "larger than the rig may read" : "cannot be read");
-  free(bytes);
-  return NULL;
 }
 
 static int explain(enum lam_status status, const char* error) {
@@ -218,11 +230,46 @@ static int claim_lights(struct daemon* daemon) {
   return explain(LAM_HARDWARE, "there can be no supervisor for the sequencer");
 }
 
-// What was asked for is checked before anything else of the hardware is touched. 0, or an exit
-// code.
+// Into memory that lives as long as the daemon.
+static enum lam_status read_calibration(struct dialogue* dialogue, const char* path) {
+  static uint8_t bytes[kMaxCalibrationBytes];
+  char why[INPUT_FILE_WHY_CHARS];
+  if (!input_file_read(path, bytes, sizeof bytes, &dialogue->calibration_size, why)) {
+    fprintf(stderr, "lamella-rigd: --calibration %s: %s\n", path, why);
+    return LAM_BAD_INPUT;
+  }
+  dialogue->calibration = bytes;
+  return LAM_OK;
+}
+
+// A rig file may be checked on another computer than the rig's: there it is no more than a remark.
+static bool has_cpu(const struct rig* rig) {
+  const long count = sysconf(_SC_NPROCESSORS_CONF);
+  if (!rig->board.given || rig->board.cpu < (double)count) return true;
+  fprintf(stderr, "lamella-rigd: linux.cpu is %.0f: this computer has processors 0 to %ld\n",
+          rig->board.cpu, count - 1);
+  return false;
+}
+
+// What can be told without the hardware is told before any of it is touched.
+static enum lam_status read_inputs(struct daemon* daemon, const struct arguments* arguments) {
+  if (rig_read(arguments->rig, &daemon->rig) != LAM_OK) return LAM_BAD_INPUT;
+  if (strcmp(arguments->hal, "linux") != 0) return LAM_OK;
+  if (!has_cpu(&daemon->rig)) return LAM_BAD_INPUT;
+  if (arguments->state == NULL) {
+    fprintf(stderr,
+            "lamella-rigd: no --state: whoever can log in here may light the LEDs, over loopback "
+            "in the clear\n");
+  }
+  return LAM_OK;
+}
+
+// 0, or an exit code.
 static int start(struct daemon* daemon, const struct arguments* arguments) {
   char error[LINK_FILE_PATH_CHARS + 160];
-  if (rig_read(arguments->rig, &daemon->rig) != LAM_OK) return kExitBadInput;
+  struct dialogue given = {0};
+  if (read_inputs(daemon, arguments) != LAM_OK) return kExitBadInput;
+  if (read_calibration(&given, arguments->calibration) != LAM_OK) return kExitBadInput;
   const bool real = strcmp(arguments->hal, "linux") == 0;
   const int unclaimed = real ? claim_lights(daemon) : 0;
   if (unclaimed != 0) return unclaimed;
@@ -230,9 +277,8 @@ static int start(struct daemon* daemon, const struct arguments* arguments) {
   const struct link_place place = {arguments->listen, arguments->state, arguments->name};
   enum lam_status status = link_listen(server, &place, error, sizeof error);
   if (status != LAM_OK) return explain(status, error);
-  server->dialogue.calibration =
-      read_file(arguments->calibration, kMaxCalibrationBytes, &server->dialogue.calibration_size);
-  if (server->dialogue.calibration == NULL) return kExitBadInput;
+  server->dialogue.calibration = given.calibration;
+  server->dialogue.calibration_size = given.calibration_size;
   status = start_store(daemon, arguments->store, error, sizeof error);
   if (status != LAM_OK) return explain(status, error);
   status = open_hal(daemon, arguments);
@@ -297,13 +343,23 @@ static int announce(const struct arguments* arguments) {
   return status == LAM_OK ? 0 : explain(status, error);
 }
 
+static int tell(const struct arguments* arguments) {
+  if (arguments->help) fputs(kHelp, stdout);
+  if (!arguments->help) {
+    printf("lamella-rigd %s (link protocol %d)\n", LINK_FIRMWARE_VERSION, LINK_PROTOCOL_VERSION);
+  }
+  return fflush(stdout) == 0 ? 0 : kExitRigFailed;
+}
+
 int main(int argc, char** argv) {
   static struct daemon daemon;
   struct arguments arguments;
   if (!parse_arguments(argc, argv, &arguments)) return kExitBadInput;
+  if (arguments.help || arguments.version) return tell(&arguments);
   if (arguments.announce != NULL) return announce(&arguments);
   if (arguments.check || arguments.plan) {
     if (rig_read(arguments.rig, &daemon.rig) != LAM_OK) return kExitBadInput;
+    if (arguments.check) has_cpu(&daemon.rig);
     return arguments.plan ? write_plan(&daemon.rig) : 0;
   }
   catch_signals();

@@ -1,5 +1,6 @@
 #include "rig.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -48,19 +49,34 @@ static bool cameras_fit_together(const struct rig* rig, char why[160]) {
   return why[0] == '\0';
 }
 
+// Light that ends within a PWM period is not what its code says.
+static bool light_fits_pwm(const struct rig* rig, char why[160]) {
+  const double period_us = rig_pwm_period_us(rig), periods = rig->leds_light_us / period_us;
+  if (fabs(periods - round(periods)) <= 1e-4) return true;  // as safety.c has it
+  snprintf(why, 160,
+           "'leds.light_us' is %.10g: not a whole number of PWM periods of %.10g us "
+           "(4096 / leds.gsclk_hz); %.10g or %.10g would be",
+           rig->leds_light_us, period_us, floor(periods) * period_us, ceil(periods) * period_us);
+  return false;
+}
+
 enum lam_status rig_parse(const char* text, size_t length, struct rig* rig,
                           struct rig_errors* errors) {
   struct parser parser = {.rig = rig, .errors = errors};
   memset(rig, 0, sizeof *rig);
   memset(errors, 0, sizeof *errors);
   rig_key_presume(rig);
-  rig_text_each_pair(text, length, errors, take, &parser);
+  if (!rig_text_each_pair(text, length, errors, take, &parser)) return LAM_BAD_INPUT;
   rig_key_require_all(rig, &parser.given, errors);
   // Only numbers that are right each by itself can be held against each other.
   char why[160];
-  const bool fit =
-      errors->count > 0 || (cameras_fit_together(rig, why) && pattern_can_be_drawn(rig, why));
-  if (!fit) rig_complain(errors, 0, "%s", why);
+  if (errors->count > 0) return LAM_BAD_INPUT;
+  if (!light_fits_pwm(rig, why)) {
+    rig_complain(errors, rig_key_line(&parser.given, "leds.light_us"), "%s", why);
+  }
+  if (!cameras_fit_together(rig, why) || !pattern_can_be_drawn(rig, why)) {
+    rig_complain(errors, 0, "%s", why);
+  }
   return errors->count == 0 ? LAM_OK : LAM_BAD_INPUT;
 }
 

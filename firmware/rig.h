@@ -48,7 +48,8 @@ struct rig {
 enum lam_status rig_parse(const char* text, size_t length, struct rig* rig,
                           struct rig_errors* errors);
 
-// Reads the text of the file that leds.file names: `led.N = chip output x y z`. Adds to `errors`.
+// Reads the text of the file that leds.file names: `led.count = LEDS`, `led.N = chip output x y z`.
+// Adds to `errors`.
 enum lam_status rig_parse_leds(const char* text, size_t length, struct rig* rig,
                                struct rig_errors* errors);
 

@@ -2,18 +2,17 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "input_file.h"
 #include "rig.h"
 
 enum { kMaxPathChars = 512 };
 
-static char text[RIG_MAX_TEXT_BYTES + 1];  // read once, before any thread begins
+static char text[RIG_MAX_TEXT_BYTES];  // read once, before any thread begins
 
 static size_t read_text(const char* path, struct rig_errors* errors) {
-  FILE* file = fopen(path, "rb");
-  const size_t size = file != NULL ? fread(text, 1, sizeof text, file) : 0;
-  const bool whole = file != NULL && !ferror(file);
-  if (file != NULL) fclose(file);
-  if (!whole) rig_complain(errors, 0, "cannot be read");
+  char why[INPUT_FILE_WHY_CHARS];
+  size_t size = 0;
+  if (!input_file_read(path, text, sizeof text, &size, why)) rig_complain(errors, 0, "%s", why);
   return size;
 }
 

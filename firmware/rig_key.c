@@ -195,6 +195,10 @@ void rig_key_take(struct rig* rig, struct rig_given* given, const struct rig_pai
   if (key->kind == KIND_LINE) refuse_shared_line(rig, key, pair->line, errors);
 }
 
+int rig_key_line(const struct rig_given* given, const char* name) {
+  return given->lines[find(name) - kKeys];
+}
+
 void rig_key_require_all(const struct rig* rig, const struct rig_given* given,
                          struct rig_errors* errors) {
   for (size_t i = 0; i < kKeyCount; i++) {

@@ -20,6 +20,9 @@ void rig_key_presume(struct rig* rig);
 void rig_key_take(struct rig* rig, struct rig_given* given, const struct rig_pair* pair,
                   struct rig_errors* errors);
 
+// The line that a key was given on; 0 where it was not.
+int rig_key_line(const struct rig_given* given, const char* name);
+
 void rig_key_require_all(const struct rig* rig, const struct rig_given* given,
                          struct rig_errors* errors);
 

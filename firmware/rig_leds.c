@@ -1,4 +1,5 @@
-// The list of LEDs: `led.N = chip output x y z`, N counting from 0 without a gap.
+// The list of LEDs: `led.count = LEDS`, which tells a list that was cut off, then
+// `led.N = chip output x y z`, N counting from 0 without a gap.
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -10,7 +11,9 @@
 struct led_reader {
   struct rig* rig;
   struct rig_errors* errors;
-  size_t due;  // the number of the next LED
+  size_t due;    // the number of the next LED
+  size_t count;  // that are announced; 0: not yet
+  int count_line, last_line;
   bool output_used[CHAIN_CHIPS][CHAIN_OUTPUTS];
 };
 
@@ -47,8 +50,29 @@ static bool take_output(struct led_reader* reader, const struct rig_pair* pair, 
   return reader->output_used[chip][output] = true;
 }
 
+static void take_count(struct led_reader* reader, const struct rig_pair* pair) {
+  char* end = NULL;
+  const unsigned long count = strtoul(pair->value, &end, 10);
+  if (reader->count > 0) {
+    rig_complain(reader->errors, pair->line, "'led.count' is given twice, on line %d before",
+                 reader->count_line);
+  } else if (pair->value[0] < '0' || pair->value[0] > '9' || *end != '\0' || count < 1 ||
+             count > RIG_MAX_LEDS) {
+    rig_complain(reader->errors, pair->line, "'led.count' is a whole number from 1 to %d",
+                 RIG_MAX_LEDS);
+  } else {
+    reader->count = count;
+    reader->count_line = pair->line;
+  }
+}
+
 static void take_led(void* context, const struct rig_pair* pair) {
   struct led_reader* reader = context;
+  reader->last_line = pair->line;
+  if (strcmp(pair->key, "led.count") == 0) {
+    take_count(reader, pair);
+    return;
+  }
   if (!number_is_due(reader, pair)) return;
   struct led_place* led = &reader->rig->leds[reader->due - 1];
   double* d = led->direction;
@@ -73,8 +97,14 @@ enum lam_status rig_parse_leds(const char* text, size_t length, struct rig* rig,
   struct led_reader reader = {.rig = rig, .errors = errors};
   const size_t before = errors->count;
   errors->in_leds = true;
-  rig_text_each_pair(text, length, errors, take_led, &reader);
-  if (reader.due == 0) rig_complain(errors, 0, "missing key 'led.0'");
+  if (!rig_text_each_pair(text, length, errors, take_led, &reader)) return LAM_BAD_INPUT;
+  if (errors->count == before && reader.count == 0) {
+    rig_complain(errors, 0, "missing key 'led.count': how many LEDs are listed");
+  } else if (errors->count == before && reader.due != reader.count) {
+    rig_complain(errors, reader.last_line,
+                 "%zu LEDs are listed, and 'led.count' on line %d says %zu: was it cut off?",
+                 reader.due, reader.count_line, reader.count);
+  }
   if (errors->count > before) return LAM_BAD_INPUT;
   rig->led_count = reader.due;
   return LAM_OK;

@@ -43,13 +43,28 @@ static bool split(char* line, struct rig_errors* errors, struct rig_pair* pair) 
   return true;
 }
 
-void rig_text_each_pair(const char* text, size_t length, struct rig_errors* errors,
-                        void (*take)(void* context, const struct rig_pair* pair), void* context) {
-  struct rig_pair pair = {0};
+// Letters beyond ASCII may stand in comments.
+static bool is_text(const char* text, size_t length, struct rig_errors* errors) {
+  int line = 1;
   if (length > RIG_MAX_TEXT_BYTES) {
     rig_complain(errors, 0, "longer than %d bytes", RIG_MAX_TEXT_BYTES);
-    return;
+    return false;
   }
+  for (size_t i = 0; i < length; i++) {
+    const unsigned char byte = (unsigned char)text[i];
+    line += byte == '\n';
+    const bool blank = byte == '\t' || byte == '\r' || byte == '\n';
+    if (blank || (byte >= ' ' && byte != 0x7F)) continue;
+    rig_complain(errors, line, "not a text file: it has a byte 0x%02X", byte);
+    return false;
+  }
+  return true;
+}
+
+bool rig_text_each_pair(const char* text, size_t length, struct rig_errors* errors,
+                        void (*take)(void* context, const struct rig_pair* pair), void* context) {
+  struct rig_pair pair = {0};
+  if (!is_text(text, length, errors)) return false;
   for (size_t at = 0, bytes; at < length; at += bytes + 1) {
     const char* newline = memchr(text + at, '\n', length - at);
     bytes = newline != NULL ? (size_t)(newline - (text + at)) : length - at;
@@ -59,12 +74,9 @@ void rig_text_each_pair(const char* text, size_t length, struct rig_errors* erro
       rig_complain(errors, pair.line, "line too long: at most %d bytes", kMaxLineBytes - 1);
       continue;
     }
-    if (memchr(text + at, '\0', bytes) != NULL) {
-      rig_complain(errors, pair.line, "not a text file");
-      return;
-    }
     memcpy(line, text + at, bytes);
     line[bytes] = '\0';
     if (split(line, errors, &pair)) take(context, &pair);
   }
+  return true;
 }

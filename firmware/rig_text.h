@@ -35,8 +35,9 @@ struct rig_pair {
   const char *key, *value;
 };
 
-// Calls `take` for every pair of the text, and complains of every line that is none.
-void rig_text_each_pair(const char* text, size_t length, struct rig_errors* errors,
+// Calls `take` for every pair of the text, and complains of every line that is none. False, with
+// one complaint, where it is no text at all: then nothing in it is missing either.
+bool rig_text_each_pair(const char* text, size_t length, struct rig_errors* errors,
                         void (*take)(void* context, const struct rig_pair* pair), void* context);
 
 #endif

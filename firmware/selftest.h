@@ -35,8 +35,8 @@ struct selftest_reading {
   enum selftest_verdict verdict;
   char what[48];
   double value, low, high;  // low and high are infinite where there is no limit
-  char unit[12];
-  char note[112];  // what to do; why it was skipped
+  char unit[12];            // "yes/no" where `value` is 1 or 0
+  char note[112];           // what to do; why it was skipped
 };
 
 // What the disk says of itself: free bytes, and bytes a second of a trial. False with a reason.
@@ -70,8 +70,8 @@ struct selftest {
   struct led_signature dark;
   bool suspect[CHAIN_CHIPS];  // a chip whose LEDs together were not as expected
   double brightness[RIG_MAX_LEDS];
-  size_t blamed;  // LEDs
-  bool heart;     // level of the heartbeat's line
+  size_t blamed, unseen;  // LEDs
+  bool heart;             // level of the heartbeat's line
   double worst_us;
 };
 

@@ -27,7 +27,7 @@ static bool sense(struct selftest* test, struct hal_senses* senses) {
 bool selftest_estop(struct selftest* test) {
   struct hal_senses senses;
   if (!sense(test, &senses)) return false;
-  struct selftest_reading* reading = selftest_read(test, "pressed", senses.estopped, "");
+  struct selftest_reading* reading = selftest_read(test, "pressed", senses.estopped, "yes/no");
   if (senses.estopped) note(reading, "release the emergency stop; a broken wire reads the same");
   selftest_limit(test, reading, 0, 0);
   return false;
@@ -75,7 +75,7 @@ bool selftest_disk(struct selftest* test) {
 static void judge_length(struct selftest* test) {
   const struct chain_trial* trial = &test->trial;
   const double chips = (double)trial->length / CHAIN_CHIP_BITS;
-  struct selftest_reading* reading = selftest_read(test, "chips in the chain", chips, "");
+  struct selftest_reading* reading = selftest_read(test, "chips in the chain", chips, "chips");
   selftest_limit(test, reading, CHAIN_CHIPS, CHAIN_CHIPS);
   if (reading->verdict != SELFTEST_BAD) return;
   if (trial->all_zeros || trial->all_ones) {
@@ -144,7 +144,7 @@ static void judge_stop(struct selftest* test, bool crossed) {
   const bool there =
       crossed ? senses.at_crossed && !senses.at_parallel : senses.at_parallel && !senses.at_crossed;
   struct selftest_reading* reading =
-      selftest_read(test, crossed ? "at crossed" : "at parallel", there, "");
+      selftest_read(test, crossed ? "at crossed" : "at parallel", there, "yes/no");
   selftest_limit(test, reading, 1, 1);
   if (!there) note(reading, "its end stop does not say so: free the polarizer, check the switch");
 }

@@ -13,6 +13,9 @@ static const double kDeadShare = 0.1;  // of what is expected
 static const double kWeakShare = 0.8, kStrongShare = 1.25;
 static const double kSuspectShare = 0.1;   // of one LED, in the light of a whole chip
 static const double kStrangeShare = 0.04;  // farther from its own reference than noise
+// The cameras look from +Z (cos 1). What an LED lights that stands farther round than 135 degrees
+// they hardly see: of a matt ball in the middle less than a sixth of the middle LED's light.
+static const double kBehindCos = -0.7;
 
 static double now_us(const struct selftest* test) { return test->hal->now_us(test->hal->self); }
 
@@ -127,7 +130,8 @@ bool selftest_cameras(struct selftest* test) {
   }
   if (!photograph(test, NULL, &seen, raw)) return false;
   if (test->step + 1 < kDarkShots) return true;
-  struct selftest_reading* frames = selftest_read(test, "frames of two triggers", kDarkShots, "");
+  struct selftest_reading* frames =
+      selftest_read(test, "frames of two triggers", kDarkShots, "frames");
   selftest_limit(test, frames, kDarkShots, kDarkShots);
   for (unsigned camera = 0; camera < 2; camera++) {
     const double dark_dn = mean_dn(&seen, camera) - raw[camera].header.black_level_dn;
@@ -204,16 +208,19 @@ static int by_size(const void* a, const void* b) {
   return (x > y) - (x < y);
 }
 
-// An LED that lights nothing the cameras see may be behind the subject: only eyes can tell. Its
-// reference is empty, and later tests leave it out.
-static void hide(struct selftest* test, size_t led) {
+// An LED that lights nothing the cameras see may be behind the subject: only eyes can tell.
+static void leave_to_eyes(struct selftest* test, size_t led, const char* note) {
   char name[48];
   name_led(test, led, name);
-  test->reference.leds[led] = (struct led_signature){{0}};
-  selftest_skip(test, name, "hidden from both cameras, or dead: look whether it lights up");
+  selftest_skip(test, name, note);
+  test->unseen++;
 }
 
-// Without a reference an LED is dead where it gives far less light than the middle one.
+static bool is_behind(const struct led_place* led) { return led->direction[2] < kBehindCos; }
+
+// Without a reference an LED is dead where it gives far less light than the middle one, and stands
+// where the cameras must see it. One that is learned as dark has an empty reference, and later
+// tests leave it out.
 static void judge_unlearned(struct selftest* test) {
   const size_t count = test->rig->led_count;
   double sorted[RIG_MAX_LEDS];
@@ -224,7 +231,10 @@ static void judge_unlearned(struct selftest* test) {
     const double share = test->brightness[i] / middle;
     if (share >= kDeadShare) continue;
     if (test->learning) {
-      hide(test, i);
+      test->reference.leds[i] = (struct led_signature){{0}};
+      leave_to_eyes(test, i, "hidden from both cameras, or dead: look whether it lights up");
+    } else if (is_behind(&test->rig->leds[i])) {
+      leave_to_eyes(test, i, "behind what the cameras see: not judged, look whether it lights up");
     } else {
       blame(test, i, share, "dead, or hidden from both cameras: against the middle one of all");
     }
@@ -243,18 +253,36 @@ static void keep_reference(struct selftest* test) {
   }
 }
 
+// LEDs that were hidden when they were learned.
+static size_t count_unlearned(const struct selftest* test) {
+  size_t count = 0;
+  for (size_t i = 0; i < test->rig->led_count; i++) {
+    count += led_signature_norm(&test->reference.leds[i]) == 0;
+  }
+  return count;
+}
+
 static bool finish_leds(struct selftest* test) {
   const bool learned = test->reference.led_count > 0;
-  if (!learned || test->learning) judge_unlearned(test);
+  if (!learned || test->learning) {
+    judge_unlearned(test);
+  } else {
+    test->unseen = count_unlearned(test);
+  }
   if (test->learning) keep_reference(test);
   if (!learned && !test->learning) {
     selftest_skip(test, "reference", "none: dead LEDs alone are told; --learn on a good rig");
   }
-  const size_t count = test->rig->led_count;
+  const size_t judged = test->rig->led_count - test->unseen;
   struct selftest_reading* reading =
-      selftest_read(test, "LEDs as expected", (double)(count - test->blamed), "LEDs");
-  reading->low = reading->high = (double)count;
+      selftest_read(test, "LEDs as expected", (double)(judged - test->blamed), "LEDs");
+  reading->low = reading->high = (double)judged;
   reading->verdict = test->blamed > 0 ? SELFTEST_BAD : SELFTEST_GOOD;
+  if (test->unseen > 0) {
+    snprintf(reading->note, sizeof reading->note,
+             "of %zu; not judged, as no camera sees their light: %zu", test->rig->led_count,
+             test->unseen);
+  }
   return false;
 }
 
@@ -310,7 +338,7 @@ bool selftest_leds(struct selftest* test) {
   if (test->step == 0) {
     struct hal_photograph raw[2];
     if (skip_leds(test)) return false;
-    test->blamed = 0;
+    test->blamed = test->unseen = 0;
     for (int i = 0; i < CHAIN_CHIPS; i++) test->suspect[i] = chips == 0;
     return photograph(test, NULL, &test->dark, raw);
   }

@@ -189,7 +189,8 @@ enum lam_status session_request_steps(struct session* session, const struct burs
   if (status != LAM_OK) return status;
   const struct store_order order = {.frames = (uint32_t)(2 * count),
                                     .frame_bytes = session->rig->camera_frame_bytes,
-                                    .discard_held = discard_held};
+                                    .discard_held = discard_held,
+                                    .flashing_confirmed = !session->flashing_unconfirmed};
   status = store_begin(session->store, &order, &session->burst_id, session->refusal,
                        sizeof session->refusal);
   if (status != LAM_OK) return status;

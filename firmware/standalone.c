@@ -57,8 +57,8 @@ static void report_test(const struct selftest* test) {
     const struct selftest_reading* r = &test->readings[i];
     if (r->verdict != SELFTEST_BAD) continue;
     fprintf(stderr, "lamella-rigd: self-test: %s: %s", selftest_part_name(r->part), r->what);
-    if (!isnan(r->value)) fprintf(stderr, " %.4g", r->value);
-    if (r->unit[0] != '\0') fprintf(stderr, " %s", r->unit);
+    const bool is_number = !isnan(r->value) && strcmp(r->unit, "yes/no") != 0;
+    if (is_number) fprintf(stderr, " %.4g %s", r->value, r->unit);
     fprintf(stderr, "%s%s\n", r->note[0] != '\0' ? ": " : "", r->note);
   }
 }

@@ -92,8 +92,8 @@ static enum lam_status begin_on_disk(struct store* store, const struct store_ord
     return LAM_STORE_FULL;
   }
   const uint64_t id = store->last_burst_id + 1;
-  store->current =
-      (struct held_burst){.id = id, .begun_unix_us = unix_now_us(), .expected = order->frames};
+  store->current.id = id;
+  store->current.begun_unix_us = unix_now_us();
   int failed = store_count_burst(&store->disk, id);
   if (failed == 0) store->last_burst_id = id;
   if (failed == 0) {
@@ -115,6 +115,8 @@ enum lam_status store_begin(struct store* store, const struct store_order* order
   forget(store);
   store->wanted =
       order->frame_bytes < (double)store->capacity ? (size_t)order->frame_bytes : store->capacity;
+  store->current = (struct held_burst){.expected = order->frames,
+                                       .flashing_confirmed = order->flashing_confirmed};
   pthread_mutex_unlock(&store->lock);
   enum lam_status status = LAM_OK;
   if (store->on_disk) {

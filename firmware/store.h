@@ -65,6 +65,7 @@ struct store_order {
   uint32_t frames;
   double frame_bytes;  // of one, as the rig file says
   bool discard_held;   // in memory alone: give up photographs that nobody acknowledged
+  bool flashing_confirmed;
 };
 
 // How a burst ended.

@@ -26,7 +26,8 @@ struct held_burst {
   int64_t begun_unix_us;
   bool named_whole;  // its folder's name says so
   bool whole;
-  char why[160];  // why it is not whole
+  bool flashing_confirmed;  // as it was begun
+  char why[160];            // why it is not whole
   uint32_t expected, held, acknowledged, damaged;
   uint64_t bytes;
   uint8_t frames[STORE_MAX_PHOTOGRAPHS];  // enum frame_state

@@ -92,6 +92,7 @@ static void load_begin(const struct disk* disk, struct held_burst* burst) {
   }
   burst->begun_unix_us = begin.begun_unix_us;
   burst->expected = begin.frames_expected;
+  burst->flashing_confirmed = begin.flashing_confirmed;
 }
 
 static bool is_all_there(const struct held_burst* burst, const lamella_v1_BurstEnd* end) {

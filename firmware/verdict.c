@@ -41,8 +41,12 @@ void verdict_write(const struct roll* roll, unsigned frames, const char* why_not
              roll->takes[0].plan.count, edges, (unsigned)done->late_edges, (unsigned)done->retaken,
              first);
   } else {
-    snprintf(done->verdict, sizeof done->verdict, "MARKED: %u of %zu edges late, the first %s%s%s",
-             (unsigned)done->late_edges, edges, first,
+    char late[48] = "";
+    if (done->late_edges > 0) {
+      snprintf(late, sizeof late, "%u of %zu edges late, the first ", (unsigned)done->late_edges,
+               edges);
+    }
+    snprintf(done->verdict, sizeof done->verdict, "MARKED: %s%s%s%s", late, first,
              why_not[0] == '\0' ? "" : "; not retaken: ", why_not);
   }
 }

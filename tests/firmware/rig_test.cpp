@@ -127,6 +127,29 @@ TEST(RigFile, MissingKeyIsNamed) {
                "missing key 'camera.readout_us'");
 }
 
+TEST(RigFile, LightThatEndsWithinAPwmPeriodNamesItsLineAndWhatWouldDo) {
+  expect_error("leds.light_us", "leds.light_us = 30500", "30000 or 31000 would be");
+}
+
+TEST(RigFile, ProcessorThatNoBoardHasIsRefused) {
+  int line = 0;
+  const std::string text = with_line(board_text("pi4.rig"), "linux.cpu", "linux.cpu = 999", &line);
+  expect_first(errors_of(text), line, "'linux.cpu' is 999; it must be between 0 and 63");
+}
+
+TEST(RigFile, WhatIsNoTextOrTooLongIsOneComplaint) {
+  const struct rig_errors binary =
+      errors_of(std::string("leds.file = x\n\x7f"
+                            "ELF\n\0",
+                            19));
+  expect_first(binary, 2, "not a text file: it has a byte 0x7F");
+  EXPECT_EQ(binary.count, 1u);
+  const struct rig_errors longer = errors_of(std::string(RIG_MAX_TEXT_BYTES + 1, '#'));
+  expect_first(longer, 0, "longer than 65536 bytes");
+  EXPECT_EQ(longer.count, 1u);
+  EXPECT_EQ(led_errors_of(std::string("led\x01", 4)).count, 1u);
+}
+
 TEST(LedList, IsCountedWithoutAGap) {
   expect_led_error("led.7 ", "led.8 = 0 1 0 0 1", "'led.8' stands where 'led.7' is due");
   expect_led_error("led.7 ", "led.x = 3 9 0 0 1", "'led.x' stands where 'led.7' is due");
@@ -146,8 +169,21 @@ TEST(LedList, LedBeyondTheChainIsRefused) {
   expect_led_error("led.7 ", "led.7 = 0 1 0 0", "needs chip, output, x, y, z");
 }
 
-TEST(LedList, WithoutAnLedIsRefused) {
-  EXPECT_STREQ(led_errors_of("# none\n").list[0].text, "missing key 'led.0'");
+TEST(LedList, ThatIsCutOffOrEmptyIsRefused) {
+  expect_first(led_errors_of("# none\n"), 0, "missing key 'led.count'");
+  expect_first(led_errors_of("led.count = 2\nled.0 = 0 0 0 1 0\n"), 2,
+               "1 LEDs are listed, and 'led.count' on line 1 says 2");
+  const std::string list = board_text("dome150.leds");
+  const size_t cut = list.find("led.97 ");  // at a line's end, so that every line is sound
+  expect_first(led_errors_of(list.substr(0, cut)), 103, "97 LEDs are listed");
+}
+
+TEST(LedList, CountIsAWholeNumberGivenOnce) {
+  for (const char* count : {"", "0", "169", "150.5", "-1"}) {
+    expect_led_error("led.count", std::string("led.count = ") + count,
+                     "whole number from 1 to 168");
+  }
+  expect_led_error("led.0 ", "led.count = 150", "'led.count' is given twice");
 }
 
 // The twin computes the same list by the rule in proto/PROTOCOL.md; this is that rule, once more.

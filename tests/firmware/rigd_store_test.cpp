@@ -92,6 +92,7 @@ TEST_F(RigdStore, BurstsOutliveTheDaemonAndGoWithTheirLastAcknowledgement) {
   EXPECT_EQ(bursts[1].burst_id, second);
   for (const lamella_v1_HeldBurst& burst : bursts) {
     EXPECT_TRUE(burst.whole) << burst.why;
+    EXPECT_TRUE(burst.flashing_confirmed);
     EXPECT_EQ(burst.frames_held, 40u);
     for (const auto& offer : host->offers(burst.burst_id)) take_away(offer);
   }

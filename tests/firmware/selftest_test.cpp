@@ -161,6 +161,22 @@ TEST(Selftest, WithoutAReferenceADeadLedIsToldAllTheSame) {
   EXPECT_NE(bench.text().find("none: dead LEDs alone"), std::string::npos) << bench.text();
 }
 
+// No camera sees what LEDs 84 and 85 light: they stand behind. LED 3 is above.
+TEST(Selftest, ADarkLedBehindIsNotJudgedAndADarkOneInSightIsDead) {
+  Bench behind({"dead-led:85"});
+  EXPECT_EQ(behind.run(only(SELFTEST_LEDS)).bad, 0u) << behind.text();
+  EXPECT_NE(behind.text().find("LED 85 (chip 1 output 12)"), std::string::npos) << behind.text();
+  EXPECT_NE(behind.text().find("not judged, look whether it lights up"), std::string::npos);
+  const struct selftest_reading& all = behind.test.readings[behind.test.count - 1];
+  EXPECT_STREQ(all.what, "LEDs as expected");
+  EXPECT_EQ(all.value, 149);
+  EXPECT_EQ(all.high, 149);
+  EXPECT_STREQ(all.note, "of 150; not judged, as no camera sees their light: 1");
+  EXPECT_EQ(Bench({"dead-led:3"}).run(only(SELFTEST_LEDS)).blamed, 1u);
+  behind.learn();  // on a rig whose cameras do see it, dead is dead
+  EXPECT_EQ(behind.run(only(SELFTEST_LEDS)).blamed, 1u);
+}
+
 // It may be dead or behind the subject: whoever learns is told to look, and it is left out.
 TEST(Selftest, AnLedThatNoCameraSeesIsNamedWhenLearning) {
   Bench bench({"dead-led:3"});

@@ -185,11 +185,15 @@ int RigProcess::exit_code() {
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
-std::string RigProcess::errors() {
+static std::string read_to_end(int fd) {
   std::string text;
-  for (char c = 0; read(err_, &c, 1) == 1;) text += c;
+  for (char c = 0; read(fd, &c, 1) == 1;) text += c;
   return text;
 }
+
+std::string RigProcess::errors() { return read_to_end(err_); }
+
+std::string RigProcess::output() { return read_to_end(out_); }
 
 std::string RigProcess::error_line(const std::string& part) {
   std::string line;

@@ -17,7 +17,7 @@ HOST = {
     "twin": {"base", "io", "proto"},
 }
 # Only these firmware files may touch the operating system.
-FIRMWARE_OS = re.compile(r"^(hal_.*|store.*|link.*|supervise.*|collector|main)\.(c|cpp|h)$")
+FIRMWARE_OS = re.compile(r"^(hal_.*|store.*|link.*|supervise.*|collector|input_file|main)\.(c|cpp|h)$")
 OS_HEADER = re.compile(
     r"^(sys/|systemd/|arpa/|netinet/|linux/|net/|"
     r"(unistd|fcntl|signal|poll|pthread|sched|dirent|termios|netdb)\.h$)")
@@ -50,7 +50,7 @@ def firmware_faults(path):
         if room_of(header) in HOST and "/" in header and not system:
             yield f"{path}:{number}: firmware includes host: {header}"
         if system and OS_HEADER.match(header) and not FIRMWARE_OS.match(path.name):
-            yield (f"{path}:{number}: only hal_*, store*, link*, supervise*, collector and main "
+            yield (f"{path}:{number}: only hal_*, store*, link*, supervise*, collector, input_file and main "
                    f"may include <{header}>")
 
 
