@@ -8,6 +8,7 @@
 #include "apps/process_rig.h"
 #include "apps/report.h"
 #include "io/link_client.h"
+#include "io/paired_link.h"
 
 namespace lamella::apps {
 
@@ -71,7 +72,10 @@ void print_result_json(const v1::SelftestResult& result, const std::string& rig)
 v1::SelftestResult test(const Arguments& args) {
   LinkOptions link;
   link.interrupted = interrupted;
-  if (args.rig != "sim") return LinkClient(args.rig, link).selftest(args.only, args.learn);
+  if (args.rig != "sim") {
+    link.tls = tls_for(args.rig, config_folder());
+    return LinkClient(args.rig, link).selftest(args.only, args.learn);
+  }
   catch_interrupts();
   const PrivateFolder truth;
   SimulatedRigOptions options;
