@@ -49,9 +49,17 @@ static double next_vblank_us(const struct hal_sim* sim, double t_us) {
   return sim->last_vblank_us + fmax(periods, 1) * refresh_us;
 }
 
+static void lights_off(void* self) {
+  struct hal_sim* sim = self;
+  pthread_mutex_lock(&sim->light_lock);
+  sim_light_blank(&sim->light, true, now_us(sim));
+  sim_light_lamp(&sim->light, false, now_us(sim));
+  pthread_mutex_unlock(&sim->light_lock);
+}
+
 static enum lam_status resume(void* self, double* zero_us) {
   struct hal_sim* sim = self;
-  sim->hal.lights_off(sim);
+  lights_off(sim);
   const size_t moves = sim->light.move_count;
   if (moves > 0) {
     wait_until_us(sim, sim->light.moves[moves - 1].to_us + sim->rig->analyser_settle_us);
@@ -95,7 +103,8 @@ static bool trigger(struct hal_sim* sim, bool level, double t_us) {
   const bool missed = last != NULL && (sim->rig->camera_readout_overlaps
                                            ? effect_us + kGraceUs < last->close_us
                                            : !is_read_out(sim, effect_us, sim->shot_count));
-  sim->shots[sim->shot_count++] = (struct sim_shot){effect_us, INFINITY, missed};
+  sim->shots[sim->shot_count] = (struct sim_shot){effect_us, INFINITY, missed};
+  __atomic_store_n(&sim->shot_count, sim->shot_count + 1, __ATOMIC_RELEASE);
   return true;
 }
 
@@ -194,19 +203,13 @@ static enum lam_status unread(struct hal_photograph* photograph, const char* tex
   return LAM_HARDWARE;
 }
 
-static enum lam_status read_photograph(void* self, unsigned shot, unsigned camera,
-                                       struct hal_photograph* photograph) {
-  struct hal_sim* sim = self;
-  if (sim->twin_socket < 0) return unread(photograph, "there is no twin to take photographs");
-  if ((int)camera == sim->faults.missing_camera) {
-    return unread(photograph, camera == 0
-                                  ? "the left camera sends no frame: check its cable and power"
-                                  : "the right camera sends no frame: check its cable and power");
-  }
-  if ((int)shot == sim->faults.dropped_shot || shot >= sim->shot_count || sim->shots[shot].missed) {
-    unread(photograph, "a camera missed a trigger");
-    return LAM_DROPPED;
-  }
+static bool is_missed(const struct hal_sim* sim, unsigned shot) {
+  if ((int)shot == sim->faults.dropped_shot) return true;
+  return shot >= __atomic_load_n(&sim->shot_count, __ATOMIC_ACQUIRE) || sim->shots[shot].missed;
+}
+
+static enum lam_status ask_twin(struct hal_sim* sim, unsigned shot, unsigned camera,
+                                struct hal_photograph* photograph) {
   static lamella_v1_ExposureReport report;
   pthread_mutex_lock(&sim->light_lock);
   const bool whole = sim_light_report(&sim->light, camera, sim->shots[shot].open_us,
@@ -216,6 +219,25 @@ static enum lam_status read_photograph(void* self, unsigned shot, unsigned camer
     return unread(photograph, "more light changes in one exposure than a report can hold");
   }
   return sim_twin_photograph(sim->twin_socket, &report, photograph) ? LAM_OK : LAM_HARDWARE;
+}
+
+static enum lam_status read_photograph(void* self, unsigned shot, unsigned camera,
+                                       struct hal_photograph* photograph) {
+  struct hal_sim* sim = self;
+  if (sim->twin_socket < 0 && sim->frames.rows == NULL) {
+    return unread(photograph, "there is no twin to take photographs");
+  }
+  if ((int)camera == sim->faults.missing_camera) {
+    return unread(photograph, camera == 0
+                                  ? "the left camera sends no frame: check its cable and power"
+                                  : "the right camera sends no frame: check its cable and power");
+  }
+  if (is_missed(sim, shot)) {
+    unread(photograph, "a camera missed a trigger");
+    return LAM_DROPPED;
+  }
+  if (sim->frames.rows == NULL) return ask_twin(sim, shot, camera, photograph);
+  return sim_frames_photograph(&sim->frames, sim->rig, (uint8_t)(2 * shot + camera), photograph);
 }
 
 static bool next_seen(void* self, struct hal_seen_edge* edge) {
@@ -247,19 +269,18 @@ static enum lam_status sense(void* self, struct hal_senses* senses) {
   return fail(sim, "the analyser's actuator has not reached its end stop: is it stuck?");
 }
 
-static void lights_off(void* self) {
-  struct hal_sim* sim = self;
-  pthread_mutex_lock(&sim->light_lock);
-  sim_light_blank(&sim->light, true, now_us(sim));
-  sim_light_lamp(&sim->light, false, now_us(sim));
-  pthread_mutex_unlock(&sim->light_lock);
-}
-
 static void close_rig(void* self) {
   struct hal_sim* sim = self;
   lights_off(sim);
   sim_twin_disconnect(sim->twin_socket);
   sim->twin_socket = -1;
+  sim_frames_close(&sim->frames);
+}
+
+enum lam_status hal_sim_use_test_frames(struct hal_sim* sim) {
+  const enum lam_status status = sim_frames_open(&sim->frames, sim->rig, sim->hal.error);
+  sim->hal.reads_while_playing = status == LAM_OK;
+  return status;
 }
 
 enum lam_status hal_sim_open(struct hal_sim* sim, const struct rig* rig, enum sim_clock clock,

@@ -6,6 +6,7 @@
 
 #include "hal.h"
 #include "hal_sim_faults.h"
+#include "hal_sim_frames.h"
 #include "hal_sim_light.h"
 
 enum sim_clock { SIM_CLOCK_VIRTUAL, SIM_CLOCK_REAL };
@@ -30,12 +31,13 @@ struct hal_sim {
   enum sim_clock clock;
   struct sim_faults faults;
   int twin_socket;
+  struct sim_frames frames;  // in place of a twin's, where there are any
   double virtual_now_us;
   double opened_us;  // when the rig was switched on
   struct sim_light light;
   pthread_mutex_t light_lock;  // lights may go off while another thread reads a photograph
   struct sim_shot shots[SIM_MAX_EVENTS];
-  size_t shot_count;
+  size_t shot_count;  // another thread may read photographs of earlier shots
   bool triggered;
   double zero_us;                                 // of the burst
   int pulse_count;                                // times that BLANK fell in this burst
@@ -52,5 +54,8 @@ struct hal_sim {
 // The rig stands dark with its analyser parked. `twin_path` NULL: no photographs can be read.
 enum lam_status hal_sim_open(struct hal_sim* sim, const struct rig* rig, enum sim_clock clock,
                              struct sim_faults faults, const char* twin_path);
+
+// Photographs are made here from now on, not by a twin, and can be read while edges are played.
+enum lam_status hal_sim_use_test_frames(struct hal_sim* sim);
 
 #endif

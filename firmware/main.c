@@ -27,7 +27,7 @@ static const char kHelp[] =
     "usage: lamella-rigd --hal linux --rig FILE --calibration FILE\n"
     "                    --listen ADDRESS:PORT --state FOLDER [OPTION]...\n"
     "       lamella-rigd --hal sim --rig FILE --calibration FILE\n"
-    "                    --listen 127.0.0.1:PORT --twin SOCKET [OPTION]...\n"
+    "                    --listen 127.0.0.1:PORT --twin SOCKET|--test-frames [OPTION]...\n"
     "       lamella-rigd --check --rig FILE   says all that is wrong with it\n"
     "       lamella-rigd --plan --rig FILE    its burst, a lamella.v1.Plan, on stdout\n"
     "       lamella-rigd --announce FILE --state FOLDER --listen ADDRESS:PORT\n"
@@ -39,6 +39,8 @@ static const char kHelp[] =
     "  --led-reference FILE   what the self-test compares LEDs with\n"
     "  --name NAME            of the rig; else the machine's\n"
     "  --clock virtual|real   of the simulated rig\n"
+    "  --test-frames          photographs of noise, as big as the rig file's cameras\n"
+    "                         send, and read while the burst is played; no twin\n"
     "  --inject FAULT         into the simulated rig; N, M count from 0:\n" SIM_FAULT_NAMES
     "exit: 0 stopped, 2 bad input, 3 rig or link failed\n";
 
@@ -51,6 +53,7 @@ struct arguments {
   const char* store;          // NULL: photographs are kept in memory alone
   const char* led_reference;  // NULL: a reference that is learned is not kept
   bool standalone;            // the button starts bursts
+  bool test_frames;           // in place of a twin's photographs
   enum sim_clock clock;
   struct sim_faults faults;
   bool check;  // read the rig file, say all that is wrong with it, and end
@@ -104,7 +107,9 @@ static bool is_complete(const struct arguments* arguments) {
     return false;
   }
   if (strcmp(arguments->hal, "linux") == 0) return true;
-  if (strcmp(arguments->hal, "sim") == 0) return require(arguments->twin, "--twin");
+  if (strcmp(arguments->hal, "sim") == 0) {
+    return arguments->test_frames || require(arguments->twin, "--twin");
+  }
   fprintf(stderr, "lamella-rigd: --hal %s: there are sim and linux\n", arguments->hal);
   return false;
 }
@@ -121,6 +126,7 @@ static bool parse_arguments(int argc, char** argv, struct arguments* arguments) 
                                            {"twin", required_argument, NULL, 't'},
                                            {"calibration", required_argument, NULL, 'c'},
                                            {"listen", required_argument, NULL, 'l'},
+                                           {"test-frames", no_argument, NULL, 'f'},
                                            {"clock", required_argument, NULL, 'k'},
                                            {"inject", required_argument, NULL, 'i'},
                                            {"check", no_argument, NULL, 'x'},
@@ -147,6 +153,7 @@ static bool parse_arguments(int argc, char** argv, struct arguments* arguments) 
     if (option == 'k' && !parse_clock(optarg, &arguments->clock)) {
       return refuse("--clock", optarg, "there are virtual and real");
     }
+    if (option == 'f') arguments->test_frames = true;
     if (option == 'x') arguments->check = true;
     if (option == 'p') arguments->plan = true;
     if (option == 's') arguments->store = optarg;
@@ -205,8 +212,11 @@ static enum lam_status start_store(struct daemon* daemon, const char* folder, ch
 static enum lam_status open_hal(struct daemon* daemon, const struct arguments* arguments) {
   if (strcmp(arguments->hal, "linux") == 0) return hal_linux_open(&daemon->board);
   daemon->hal = &daemon->sim.hal;
-  return hal_sim_open(&daemon->sim, &daemon->rig, arguments->clock, arguments->faults,
-                      arguments->twin);
+  struct hal_sim* sim = &daemon->sim;
+  const enum lam_status status =
+      hal_sim_open(sim, &daemon->rig, arguments->clock, arguments->faults, arguments->twin);
+  if (status != LAM_OK || !arguments->test_frames) return status;
+  return hal_sim_use_test_frames(sim);
 }
 
 static void darken(void* board) { hal_linux_darken(board); }
