@@ -104,22 +104,13 @@ def _light(out, key):
     return Light(float(told.split()[1]) if told.startswith("off ") else None, told)
 
 
-def _crossed(rig_file, folder):
-    """The same rig, its analyser crossed before the burst."""
-    shutil.copytree(rig_file.parent, folder, dirs_exist_ok=True)
-    crossed = folder / rig_file.name
-    crossed.write_text(re.sub(r"(?m)^(analyser\.park\s*=\s*)parallel", r"\1crossed",
-                              crossed.read_text(encoding="utf-8")), encoding="utf-8")
-    return crossed
-
-
 def read(root, programs, out):
     """Everything that a boot left under out."""
     rig_file = root / "firmware/board/vm.rig"
     machine = {name: _text(out / "machine" / name).split() for name in ("devices", "idle")}
     machine["kernel"] = _text(out / "machine/kernel").strip()
     rigd = programs / "lamella-rigd"
-    crossed_file = _crossed(rig_file, out / "crossed")
+    crossed_file = plan.other_rest(rig_file, out / "crossed")
     return Evidence("vm", plan.read(rigd, rig_file, root / "proto"), plan.read_leds(rig_file),
                     {key: _burst(out, key) for key in (*BURSTS, *FAULTS)},
                     {key: _light(out, key) for key in LIGHTS}, machine, BURSTS,

@@ -1,6 +1,7 @@
 """The burst that a rig file asks for, as `lamella-rigd --plan` writes it."""
 import pathlib
 import re
+import shutil
 import subprocess
 from typing import NamedTuple
 
@@ -64,6 +65,18 @@ def read(rigd, rig_file, proto_folder):
         ["protoc", "--decode=lamella.v1.Plan", f"-I{proto_folder}", "plan.proto"],
         input=encoded.stdout, check=True, capture_output=True)
     return from_text(decoded.stdout.decode())
+
+
+def other_rest(rig_file, folder):
+    """The same rig in a folder of its own, its analyser at the other end before the burst."""
+    rig_file = pathlib.Path(rig_file)
+    shutil.copytree(rig_file.parent, folder, dirs_exist_ok=True)
+    other = {"parallel": "crossed", "crossed": "parallel"}
+    turned = folder / rig_file.name
+    turned.write_text(re.sub(r"(?m)^(analyser\.park\s*=\s*)(parallel|crossed)",
+                             lambda found: found[1] + other[found[2]],
+                             rig_file.read_text(encoding="utf-8")), encoding="utf-8")
+    return turned
 
 
 def led_steps(plan):

@@ -58,7 +58,7 @@ class VcdTest(unittest.TestCase):
             vcd.write(path, [Edge(500, "BLANK", 0), Edge(507, "BLANK", 1)], ("BLANK", "LATCH"))
             text = path.read_text()
         self.assertIn("$timescale 1 ns $end", text)
-        self.assertTrue(text.endswith("#0\n1!\n0\"\n#1\n0!\n#8\n1!\n"))
+        self.assertTrue(text.endswith("#0\n1!\n0\"\n#1000\n0!\n#1007\n1!\n"))
 
 
 if __name__ == "__main__":
