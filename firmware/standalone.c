@@ -38,6 +38,7 @@ static enum panel_code fault_code(enum lam_part part) {
 static void begin_test(struct standalone* alone, unsigned parts, bool quick, bool learning) {
   alone->selftest->stands_crossed = alone->session->stands_crossed;
   selftest_begin(alone->selftest, parts, quick, learning);
+  notify_testing(true);
   go(alone, STANDALONE_TESTING, PANEL_STARTING);
 }
 
@@ -66,6 +67,7 @@ static void report_test(const struct selftest* test) {
 static void test(struct standalone* alone) {
   struct selftest* selftest = alone->selftest;
   if (selftest_work(selftest)) return;
+  notify_testing(false);
   alone->session->stands_crossed = selftest->stands_crossed;
   alone->test_failed = selftest->bad > 0;
   report_test(selftest);

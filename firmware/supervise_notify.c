@@ -1,5 +1,6 @@
 #include "supervise_notify.h"
 
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,8 +12,12 @@
 // Half of WatchdogSec would do; a quarter leaves room for the longest piece of work.
 static const double kShareOfWatchdog = 0.25;
 
+// What one piece of a self-test may take: the trial of a slow disk is the longest.
+static const double kTestingUs = 60e6;
+
 static char last_status[160];
 static double last_alive_us;
+static bool is_ready;
 
 static void tell(const char* what) {
 #ifdef LAMELLA_SYSTEMD
@@ -41,13 +46,25 @@ void notify_status(const char* status) {
   tell_status("", status);
 }
 
-void notify_ready(const char* status) { tell_status("READY=1\n", status); }
+void notify_ready(const char* status) {
+  is_ready = true;
+  tell_status("READY=1\n", status);
+}
+
+void notify_testing(bool testing) {
+  if (watchdog_us() <= 0) return;
+  char text[48];
+  snprintf(text, sizeof text, "WATCHDOG_USEC=%.0f", testing ? kTestingUs : watchdog_us());
+  tell(text);
+}
 
 void notify_alive(double now_us) {
   const double every_us = watchdog_us() * kShareOfWatchdog;
   if (every_us <= 0 || (last_alive_us > 0 && now_us - last_alive_us < every_us)) return;
   last_alive_us = now_us;
-  tell("WATCHDOG=1");
+  char text[64];
+  snprintf(text, sizeof text, "WATCHDOG=1\nEXTEND_TIMEOUT_USEC=%.0f", kTestingUs);
+  tell(is_ready ? "WATCHDOG=1" : text);
 }
 
 void notify_stopping(void) { tell("STOPPING=1\nSTATUS=stopping, lights off"); }

@@ -444,6 +444,15 @@ TEST_F(Rigd, TellsTheServiceManagerThatItIsReadyAndAlive) {
     while (recv(socket_fd, text, sizeof text, MSG_DONTWAIT) > 0) heard += text;
   }
   close(socket_fd);
-  EXPECT_NE(heard.find("READY=1\nSTATUS=ready"), std::string::npos) << heard;
+  const size_t ready = heard.find("READY=1\nSTATUS=ready");
+  EXPECT_NE(ready, std::string::npos) << heard;
+  // Its self-test was given time: to start, and for a piece of it that is longer than WatchdogSec.
+  const size_t extended = heard.find("EXTEND_TIMEOUT_USEC=60000000");
+  const size_t longer = heard.find("WATCHDOG_USEC=60000000");
+  const size_t usual = heard.find("WATCHDOG_USEC=400000|");
+  EXPECT_LT(extended, ready) << heard;
+  EXPECT_LT(longer, usual) << heard;
+  EXPECT_LT(usual, ready) << heard;
+  EXPECT_EQ(heard.find("EXTEND_TIMEOUT_USEC", ready), std::string::npos) << heard;
   EXPECT_NE(heard.find("STOPPING=1"), std::string::npos) << heard;
 }
