@@ -42,23 +42,6 @@ class Rig:
             raise RigError(done.stderr.strip() or f"{self.address}: exit {done.returncode}")
         return done.returncode, json.loads(done.stdout)
 
-    def start_burst(self, session):
-        """The same as a burst that runs beside us."""
-        return subprocess.Popen(
-            [
-                self._lamella,
-                "capture",
-                "--rig",
-                self.address,
-                "--out",
-                session,
-                "--flashing-confirmed",
-            ],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-
 
 def read_timing(session):
     """What the rig says of a session's edges. A shot that was taken again is bad and said to be."""
