@@ -35,6 +35,12 @@ class Result(NamedTuple):
         return "FAIL" if self.faults or not all(m.is_within() for m in self.measures) else "pass"
 
 
+def expect(faults, holds, otherwise):
+    """Adds a fault in words where something does not hold."""
+    if not holds:
+        faults.append(otherwise)
+
+
 def has_passed(results):
     """True only where something was played and nothing failed."""
     verdicts = [result.verdict() for result in results]

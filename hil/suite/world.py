@@ -12,10 +12,11 @@ import time
 from pathlib import Path
 from typing import NamedTuple
 
+from suite import world_disk
 from suite.camera import STEPS, recorded
 from suite.host import Host, Line, key_in_exr
 from suite.machine import Machine, MachineError, make_disk
-from suite.report import Measure, Result
+from suite.report import Measure, Result, expect
 
 LONGEST_S = 150  # of anything in the guest, on a machine that others use too
 REFUSED, PHOTOGRAPHS = 3, 2 * STEPS
@@ -109,11 +110,6 @@ class World:
         return faults + ([] if count == PHOTOGRAPHS else [f"{count} photographs in {session.name}"])
 
 
-def _expect(faults, holds, otherwise):
-    if not holds:
-        faults.append(otherwise)
-
-
 # --- Who is let in ---
 
 def _alert(world):
@@ -150,10 +146,10 @@ def stranger_refused(world):
     """A host that was never paired, though it knows the rig's key."""
     faults = []
     told, key = _alert(world)
-    _expect(faults, "ALERT_BAD_CERTIFICATE" in told, f"on the wire: {told}, no alert bad_certificate")
+    expect(faults, "ALERT_BAD_CERTIFICATE" in told, f"on the wire: {told}, no alert bad_certificate")
     _know_rig(world.stranger, key, world.line.address)
     status, _, errors = world.stranger.run("rig", "status", "--rig", world.line.address)
-    _expect(faults, status == REFUSED and "not paired" in errors, f"exit {status}: {errors}")
+    expect(faults, status == REFUSED and "not paired" in errors, f"exit {status}: {errors}")
     return Result("a host that is not paired is refused", [], faults, [f"on the wire: {told}"])
 
 
@@ -190,7 +186,7 @@ def pairing(world):
     faults = []
     pair = "rig", "pair", "--rig", world.line.address, "--wait"
     status, _, errors = world.host.run(*pair, "0.5")
-    _expect(faults, status == REFUSED and "BUTTON" in errors, f"nobody held START: exit {status}")
+    expect(faults, status == REFUSED and "BUTTON" in errors, f"nobody held START: exit {status}")
     world.must("watch_ready")
     process = world.host.start(*pair, "60")
     world.must("pull START up")
@@ -200,11 +196,11 @@ def pairing(world):
     finally:
         process.kill()
         world.must("pull START down")
-    _expect(faults, process.returncode == 0, f"code {code}: exit {process.returncode}: {errors}")
+    expect(faults, process.returncode == 0, f"code {code}: exit {process.returncode}: {errors}")
     status, _, errors = world.host.run("rig", "status", "--rig", world.line.address)
-    _expect(faults, status == 0, f"the paired host: exit {status}: {errors}")
+    expect(faults, status == 0, f"the paired host: exit {status}: {errors}")
     status, _, errors = world.stranger.run("rig", "status", "--rig", world.line.address)
-    _expect(faults, status == REFUSED, f"another host is let in: exit {status}")
+    expect(faults, status == REFUSED, f"another host is let in: exit {status}")
     return Result("pairing while START is held, by the code that the ready light blinks", [], faults,
                   [f"read from the ready light: {code}"])
 
@@ -225,7 +221,7 @@ def cut_link(world):
     world.line.cut_after(*CUTS_BYTES)
     status, _, errors = world.capture("cut")
     faults = [] if status == 0 else [f"exit {status}: {errors}"]
-    _expect(faults, world.line.cuts_left() == 0, f"{world.line.cuts_left()} cuts never came")
+    expect(faults, world.line.cuts_left() == 0, f"{world.line.cuts_left()} cuts never came")
     return Result("the link is cut three times in a transfer, and goes on", [
         Measure("connections", world.line.connections - before, "")],
         faults + world.whole(world.out / "cut"))
@@ -238,29 +234,29 @@ def killed_host(world):
     world.line.cut_after(KILLED_AT_BYTES, on_cut=process.kill)
     _, errors = process.communicate(timeout=LONGEST_S)
     faults = []
-    _expect(faults, process.returncode == -9, f"the host ended by itself: {errors.strip()}")
-    _expect(faults, not (world.out / "killed/session.json").exists(), "half a session was left")
+    expect(faults, process.returncode == -9, f"the host ended by itself: {errors.strip()}")
+    expect(faults, not (world.out / "killed/session.json").exists(), "half a session was left")
     status, bursts, errors = world.sync("after-kill")
-    _expect(faults, status == 0 and len(bursts) == 1, f"sync: exit {status}, {bursts}: {errors}")
+    expect(faults, status == 0 and len(bursts) == 1, f"sync: exit {status}, {bursts}: {errors}")
     for burst in bursts.values():
         faults += world.whole(world.out / "after-kill" / f"burst-{burst['burst']:06}")
     return Result("the host is killed in a transfer; rig sync fetches the burst", [], faults)
 
 
-# --- No host, no power, no room ---
+# --- No host, no power ---
 
 def button(world):
     """START, with no host there: the burst is whole on the disk. It stays there for power_cuts."""
     faults = []
     lit = world.must('cat "$(line READY)/value"')[-1]
-    _expect(faults, lit == "1", "the ready light is off")
+    expect(faults, lit == "1", "the ready light is off")
     before = world.press()
     world.must(f"await '[ $(exposures) -ge {before + STEPS} ]'; await is_stored")
     world.must("await '[ $(cat $(line READY)/value) = 1 ]'")
     held = world.held()
     world.whole_burst = max(held, default=0)
     burst = held.get(world.whole_burst, {})
-    _expect(faults, burst.get("whole") and burst.get("photographs_held") == PHOTOGRAPHS,
+    expect(faults, burst.get("whole") and burst.get("photographs_held") == PHOTOGRAPHS,
             f"the rig holds {held}")
     return Result("button to session with no host", [], faults)
 
@@ -275,11 +271,11 @@ def _cut_burst(world, name, until):
     world.boot()
     faults, held = [], world.held()
     for number, burst in before_list.items():
-        _expect(faults, held.get(number) == burst, f"burst {number} was {burst}, is {held.get(number)}")
+        expect(faults, held.get(number) == burst, f"burst {number} was {burst}, is {held.get(number)}")
     new = [held[number] for number in held if number not in before_list]
     # Nothing of it may have reached the disk before the power went.
     for burst in new:
-        _expect(faults, burst["whole"] or burst["why"], f"{burst} is not explained")
+        expect(faults, burst["whole"] or burst["why"], f"{burst} is not explained")
     kept = sum(burst["photographs_held"] for burst in new)
     notes = [f"burst {b['burst']}: {'whole' if b['whole'] else b['why']}" for b in new]
     return Result(name, [Measure("photographs kept of it", kept, "")], faults,
@@ -303,7 +299,7 @@ def recovered(world):
     held = world.held()
     status, bursts, errors = world.sync("recovered")
     faults = [] if status in (0, 1) and errors == "" else [f"exit {status}: {errors}"]
-    _expect(faults, set(bursts) == set(held), f"of bursts {sorted(held)} came {sorted(bursts)}")
+    expect(faults, set(bursts) == set(held), f"of bursts {sorted(held)} came {sorted(bursts)}")
     total = 0
     for number, burst in bursts.items():
         if not burst["session"]:
@@ -311,46 +307,16 @@ def recovered(world):
         count, wrong = world.wrong(Path(burst["session"]))
         total += count
         faults += wrong
-        _expect(faults, count == held[number]["photographs_held"],
+        expect(faults, count == held[number]["photographs_held"],
                 f"burst {number}: {count} photographs of {held[number]['photographs_held']}")
     faults += world.whole(world.out / "recovered" / f"burst-{world.whole_burst:06}")
-    _expect(faults, world.held() == {}, "the rig holds something still")
+    expect(faults, world.held() == {}, "the rig holds something still")
     return Result("after two power cuts rig sync fetches all that is whole, each photograph right",
                   [Measure("photographs", total, "")], faults)
 
 
-def disk_full(world):
-    """No room for a burst: refused before any light; what was whole stays."""
-    world.press()
-    world.must("await '! is_stored'; await is_stored")
-    before = world.held()
-    world.must("cat /dev/zero >/var/lamella/filler 2>/dev/null; sync")
-    exposed = world.count("exposures || true")
-    status, _, errors = world.capture("full")
-    faults = []
-    _expect(faults, status == REFUSED and "STORE_FULL" in errors, f"exit {status}: {errors}")
-    _expect(faults, world.count("exposures || true") == exposed, "a camera was exposed all the same")
-    dark = world.must('cat "$(line BLANK)/value" "$(line LAMP)/value"')
-    _expect(faults, dark == ["1", "0"], f"BLANK and LAMP are {dark}")
-    world.must("rm /var/lamella/filler; sync")
-    _expect(faults, before and world.held() == before, f"{before} became {world.held()}")
-    return Result("disk full: refused, dark, and what was whole stays", [], faults, [errors])
-
-
-def flipped_byte(world):
-    """Control: the disk gives back another byte than it was given."""
-    raw = world.must("ls /var/lamella/store/burst-*/*.raw")[7]
-    world.must(f"printf X | busybox dd of={raw} bs=1 seek=5000 conv=notrunc 2>/dev/null; sync")
-    world.must("unserve; serve")
-    status, bursts, errors = world.sync("flipped")
-    told = errors or "; ".join(burst["why"] for burst in bursts.values() if burst["why"])
-    faults = [] if status != 0 and told else [f"exit {status}: the flipped byte was not found"]
-    return Result("control: a byte of a photograph on the disk is flipped, and found", [], faults,
-                  [told])
-
-
 SCENES = (stranger_refused, pairing, captured, cut_link, killed_host, button, power_cut_burst,
-          power_cut_writing, recovered, disk_full, flipped_byte)
+          power_cut_writing, recovered, *world_disk.SCENES)
 
 
 def _calibration(lamella, cache, out):
