@@ -12,9 +12,11 @@
 #include "status.h"
 
 enum hal_line {
-  HAL_BLANK,      // 1: LED outputs off. Pulled up, and requested with 1
-  HAL_LATCH,      // rising: the shifted codes become the outputs' codes
-  HAL_TRIGGER,    // both cameras: they integrate while it is high, start_delay later
+  HAL_BLANK,  // 1: LED outputs off. Pulled up, and requested with 1
+  HAL_LATCH,  // rising: the shifted codes become the outputs' codes
+  // Both cameras: they integrate while it is 1, start_delay later. Which level of the line that is
+  // says the rig file (camera.trigger_active).
+  HAL_TRIGGER,
   HAL_LAMP,       // 0: the projector's lamp is shuttered
   HAL_HEARTBEAT,  // each edge re-arms the monostable that holds BLANK up by itself
   HAL_READY,      // the operator's light
@@ -89,7 +91,7 @@ struct hal {
   bool (*next_seen)(void* self, struct hal_seen_edge* edge);
   // Quick enough for the gap between two edges.
   enum lam_status (*sense)(void* self, struct hal_senses* senses);
-  void (*lights_off)(void* self);
+  void (*lights_off)(void* self);  // and HAL_TRIGGER 0
   void (*close)(void* self);
 };
 

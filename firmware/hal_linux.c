@@ -30,6 +30,11 @@ static void wait_until_us(void* self, double t_us) {
 
 // --- Lines ---
 
+// What the cameras' line says to a level of HAL_TRIGGER, and the other way round.
+static bool trigger_level(const struct hal_linux* board, bool level) {
+  return level != board->rig->sensor.trigger_active_low;
+}
+
 // A shot is over, and another thread may ask for it, once its second edge is in its place.
 static enum lam_status note_trigger(struct hal_linux* board, bool level, double at_us) {
   if (level == board->triggered) return LAM_OK;
@@ -53,7 +58,8 @@ static enum lam_status set_line(void* self, enum hal_line line, bool level, doub
     const enum lam_status status = linux_outputs_set(operators, line - HAL_HEARTBEAT, level, at_us);
     return status == LAM_OK ? LAM_OK : fail(board, operators->error);
   }
-  const enum lam_status status = linux_outputs_set(&board->critical, line, level, at_us);
+  const bool driven = line == HAL_TRIGGER ? trigger_level(board, level) : level;
+  const enum lam_status status = linux_outputs_set(&board->critical, line, driven, at_us);
   if (status != LAM_OK) return fail(board, board->critical.error);
   return line == HAL_TRIGGER ? note_trigger(board, level, *at_us) : LAM_OK;
 }
@@ -61,6 +67,8 @@ static enum lam_status set_line(void* self, enum hal_line line, bool level, doub
 static enum lam_status darken(struct hal_linux* board) {
   board->critical.levels[HAL_BLANK] = 1;
   board->critical.levels[HAL_LAMP] = 0;
+  board->critical.levels[HAL_TRIGGER] = trigger_level(board, false);
+  board->triggered = false;
   if (linux_outputs_apply(&board->critical) == LAM_OK) return LAM_OK;
   return fail(board, board->critical.error);
 }
@@ -96,8 +104,10 @@ static enum lam_status drain_loops(struct hal_linux* board) {
     const enum lam_status status = linux_inputs_next(&board->loops, &event);
     if (status == LAM_WRONG_STATE) break;
     if (status != LAM_OK) return fail(board, board->loops.error);
+    const bool blank = event.place == LINUX_BLANK_SEEN;
     board->seen[board->seen_count++] = (struct hal_seen_edge){
-        event.place == LINUX_BLANK_SEEN ? HAL_BLANK : HAL_TRIGGER, event.level, event.at_us};
+        blank ? HAL_BLANK : HAL_TRIGGER, blank ? event.level : trigger_level(board, event.level),
+        event.at_us};
   }
   return LAM_OK;
 }
@@ -363,8 +373,9 @@ enum lam_status hal_linux_claim(struct hal_linux* board, const struct rig* rig) 
   }
   name_lines(board);
   linux_actuator_init(&board->actuator, rig);
-  const int levels[LINUX_CRITICAL] = {
-      [HAL_BLANK] = 1, [LINUX_ANALYSER] = rig->analyser_parks_crossed};
+  const int levels[LINUX_CRITICAL] = {[HAL_BLANK] = 1,
+                                      [HAL_TRIGGER] = trigger_level(board, false),
+                                      [LINUX_ANALYSER] = rig->analyser_parks_crossed};
   const enum lam_status status = linux_outputs_open(&board->critical, rig->board.gpio_chip,
                                                     board->critical_names, levels, LINUX_CRITICAL);
   return status == LAM_OK ? LAM_OK : fail(board, board->critical.error);

@@ -54,8 +54,8 @@ enum lam_status hal_linux_open(struct hal_linux* board);
 // What the lines that light hangs on say; lit where they cannot be read.
 bool hal_linux_is_lit(struct hal_linux* board);
 
-// For a supervisor, on lines that another process left as they were: every light off, nothing else
-// moved.
+// For a supervisor, on lines that another process left as they were: every light off and TRIGGER at
+// rest, nothing else moved.
 enum lam_status hal_linux_darken(struct hal_linux* board);
 
 #endif

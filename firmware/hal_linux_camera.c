@@ -17,7 +17,10 @@ struct reader {
   struct linux_frames frames;
   const struct rig* rig;
   const char* name;
-  bool holds;  // `held` came while an earlier shot's frame was looked for
+  // `held` came while an earlier shot's frame was looked for; `doubted` where only its sequence
+  // says that it is not that shot's, held_for.
+  bool holds, doubted;
+  unsigned held_for;
   struct linux_frame held;
   bool counted;  // a frame has been taken since arm(), and the last one was:
   uint32_t last_sequence;
@@ -42,7 +45,7 @@ static enum lam_status check(struct reader* reader, enum lam_status status) {
 
 static enum lam_status arm(void* self) {
   struct reader* reader = self;
-  reader->holds = reader->counted = false;
+  reader->holds = reader->doubted = reader->counted = false;
   return check(reader, reader->frames.start(reader->frames.self));
 }
 
@@ -77,10 +80,6 @@ static struct window window_of(const struct reader* reader, const struct linux_s
                          read_out_us + rig->sensor.stamp_late_us + kDeliveryUs};
 }
 
-static enum lam_status give_back(struct reader* reader, const struct linux_frame* frame) {
-  return check(reader, reader->frames.give_back(reader->frames.self, frame));
-}
-
 static enum lam_status next_frame(struct reader* reader, double deadline_us,
                                   struct linux_frame* frame, bool* came) {
   *came = reader->holds;
@@ -98,16 +97,45 @@ static enum lam_status timed_out(struct reader* reader, const struct linux_shot*
   return dropped(reader, why);
 }
 
+static void hold(struct reader* reader, const struct linux_frame* frame) {
+  reader->held = *frame;
+  reader->holds = true;
+  reader->doubted = false;
+}
+
+// Each pulse makes one frame: how far the camera's count has run ahead of the shots.
+static unsigned gap_before(const struct reader* reader, const struct linux_shot* shot,
+                           const struct linux_frame* frame) {
+  const uint32_t frames = frame->sequence - reader->last_sequence;
+  const unsigned shots = shot->number - reader->last_shot;
+  return reader->counted && frames > shots ? frames - shots : 0;
+}
+
+static void count(struct reader* reader, unsigned shot, const struct linux_frame* frame) {
+  reader->counted = true;
+  reader->last_sequence = frame->sequence;
+  reader->last_shot = shot;
+}
+
 // The frame is of a later shot, and is kept for it.
 static enum lam_status was_dropped(struct reader* reader, const struct linux_shot* shot,
                                    const struct linux_frame* frame, double late_us) {
-  char why[140];
-  reader->held = *frame;
-  reader->holds = true;
+  char why[140], gap[48] = "";
+  const unsigned missing = gap_before(reader, shot, frame);
+  if (missing > 0) snprintf(gap, sizeof gap, ", a gap of %u in the sequence", missing);
+  hold(reader, frame);
   snprintf(why, sizeof why,
-           "the frame of shot %u was dropped: the next, sequence %u, is stamped %.0f us too late",
-           shot->number, frame->sequence, late_us);
+           "the frame of shot %u was dropped%s: the next, number %u, is stamped %.0f us too late",
+           shot->number, gap, frame->sequence, late_us);
   return dropped(reader, why);
+}
+
+// A frame from before the shot. If its number was in doubt, its stamp has told now that it was that
+// earlier shot's.
+static enum lam_status pass_over(struct reader* reader, const struct linux_frame* frame) {
+  if (reader->doubted) count(reader, reader->held_for, frame);
+  reader->doubted = false;
+  return check(reader, reader->frames.give_back(reader->frames.self, frame));
 }
 
 // The first frame whose stamp is not before the window. Earlier ones are of no shot, or of one that
@@ -124,24 +152,21 @@ static enum lam_status find_frame(struct reader* reader, const struct linux_shot
       return was_dropped(reader, shot, frame, frame->stamp_us - window.to_us);
     }
     if (frame->stamp_us >= window.from_us) return LAM_OK;
-    const enum lam_status given = give_back(reader, frame);
-    if (given != LAM_OK) return given;
+    const enum lam_status passed = pass_over(reader, frame);
+    if (passed != LAM_OK) return passed;
   }
 }
 
-// Each pulse makes one frame: the sequence may not run ahead of the shots.
-static enum lam_status check_sequence(struct reader* reader, const struct linux_shot* shot,
-                                      const struct linux_frame* frame) {
-  const uint32_t frames = frame->sequence - reader->last_sequence;
-  const unsigned shots = shot->number - reader->last_shot;
-  const bool gap = reader->counted && frames > shots;
-  reader->counted = true;
-  reader->last_sequence = frame->sequence;
-  reader->last_shot = shot->number;
-  if (!gap) return LAM_OK;
+// The stamp fits, the number is a later shot's: where stamps come late they fit more than one shot.
+// The frame is kept for the shot that its number says.
+static enum lam_status doubt(struct reader* reader, const struct linux_shot* shot,
+                             const struct linux_frame* frame, unsigned gap) {
   char why[140];
-  snprintf(why, sizeof why, "a gap of %u frames before that of shot %u: dropped, or not triggered",
-           frames - shots, shot->number);
+  hold(reader, frame);
+  reader->doubted = true;
+  reader->held_for = shot->number;
+  snprintf(why, sizeof why, "a gap of %u in the sequence before shot %u: dropped, or not triggered",
+           gap, shot->number);
   return dropped(reader, why);
 }
 
@@ -181,9 +206,13 @@ static enum lam_status take(struct reader* reader, const struct linux_shot* shot
   struct linux_frame frame;
   const enum lam_status found = find_frame(reader, shot, &frame);
   if (found != LAM_OK) return found;
-  enum lam_status status = check_sequence(reader, shot, &frame);
-  if (status == LAM_OK) status = develop(reader, shot, &frame, photograph);
-  const enum lam_status given = give_back(reader, &frame);
+  const unsigned gap = gap_before(reader, shot, &frame);
+  if (gap > 0) return doubt(reader, shot, &frame, gap);
+  count(reader, shot->number, &frame);
+  reader->doubted = false;
+  const enum lam_status status = develop(reader, shot, &frame, photograph);
+  const enum lam_status given =
+      check(reader, reader->frames.give_back(reader->frames.self, &frame));
   return status != LAM_OK ? status : given;
 }
 

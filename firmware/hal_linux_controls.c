@@ -13,8 +13,9 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
-enum { kNameChars = 64, kErrorChars = LINUX_CONTROLS_ERROR_CHARS };
-static const char kControl[] = "control:", kModule[] = "module:", kFixed[] = "fixed";
+#include "rig_hook.h"
+
+enum { kWordChars = 64, kErrorChars = LINUX_CONTROLS_ERROR_CHARS };
 
 static enum lam_status fail(char* error, const char* what, const char* name) {
   snprintf(error, kErrorChars, "%.70s %.40s: %s", what, name, strerror(errno));
@@ -27,18 +28,6 @@ static int ask(int fd, unsigned long request, void* argument) {
     result = ioctl(fd, request, argument);
   } while (result != 0 && errno == EINTR);
   return result;
-}
-
-// "NAME=VALUE" into its two parts.
-static bool split(const char* text, char name[kNameChars], const char** value) {
-  const char* equals = strrchr(text, '=');
-  if (equals == NULL || equals == text || equals[1] == '\0') return false;
-  const size_t length = (size_t)(equals - text);
-  if (length >= kNameChars) return false;
-  memcpy(name, text, length);
-  name[length] = '\0';
-  *value = equals + 1;
-  return true;
 }
 
 static bool find_control(int fd, const char* name, struct v4l2_query_ext_ctrl* found) {
@@ -76,65 +65,66 @@ static enum lam_status set_by_name(int fd, const char* device, const char* name,
   return LAM_HARDWARE;
 }
 
-static enum lam_status trigger_by_control(const char* device, const char* setting, char* error) {
-  char name[kNameChars], *end = NULL;
-  const char* text = NULL;
-  const long value = split(setting, name, &text) ? strtol(text, &end, 0) : 0;
-  if (end == NULL || *end != '\0' || value < INT32_MIN || value > INT32_MAX) {
-    snprintf(error, kErrorChars, "'control:%.60s' is not control:NAME=NUMBER", setting);
-    return LAM_BAD_INPUT;
-  }
+static enum lam_status trigger_by_control(const char* device, const struct rig_hook* hook,
+                                          char* error) {
   const int fd = open(device, O_RDWR | O_NONBLOCK | O_CLOEXEC);
   if (fd < 0) return fail(error, "cannot open", device);
-  const enum lam_status status = set_by_name(fd, device, name, value, error);
+  const enum lam_status status = set_by_name(fd, device, hook->name, hook->number, error);
   close(fd);
   return status;
 }
 
 // The first word of a file under /sys.
-static bool read_word(const char* path, char word[kNameChars]) {
+static bool read_word(const char* path, char word[kWordChars]) {
   const int fd = open(path, O_RDONLY | O_CLOEXEC);
   if (fd < 0) return false;
-  const ssize_t size = read(fd, word, kNameChars - 1);
+  const ssize_t size = read(fd, word, kWordChars - 1);
   close(fd);
   word[size > 0 ? size : 0] = '\0';
   word[strcspn(word, " \n")] = '\0';
   return size > 0;
 }
 
-static enum lam_status trigger_by_module(const char* setting, char* error) {
-  static const char kMiddle[] = "/parameters/";
-  char name[kNameChars], path[kNameChars + 16], is[kNameChars];
-  const char* value = NULL;
-  char* middle = split(setting, name, &value) ? strstr(name, kMiddle) : NULL;
-  if (middle == NULL || strstr(name, "..") != NULL) {
-    snprintf(error, kErrorChars, "'module:%.60s' is not module:NAME/parameters/NAME=VALUE",
-             setting);
-    return LAM_BAD_INPUT;
-  }
-  snprintf(path, sizeof path, "/sys/module/%s", name);
+static enum lam_status trigger_by_module(const struct rig_hook* hook, char* error) {
+  char path[sizeof hook->name + 16], is[kWordChars];
+  snprintf(path, sizeof path, "/sys/module/%s", hook->name);
   if (!read_word(path, is)) return fail(error, "the camera's module is not there:", path);
-  if (strcmp(is, value) == 0) return LAM_OK;
-  *middle = '\0';
-  const char* parameter = middle + sizeof kMiddle - 1;
+  if (strcmp(is, hook->value) == 0) return LAM_OK;
   snprintf(error, kErrorChars,
-           "%.24s is %.8s: write 'options %.24s %.24s=%.8s' into /etc/modprobe.d/lamella.conf, "
+           "%.24s is %.8s: write 'options %.*s %.24s=%.8s' into /etc/modprobe.d/lamella.conf, "
            "and restart",
-           parameter, is, name, parameter, value);
+           strrchr(hook->name, '/') + 1, is, (int)strcspn(hook->name, "/"), hook->name,
+           strrchr(hook->name, '/') + 1, hook->value);
   return LAM_HARDWARE;
 }
 
-enum lam_status linux_controls_trigger(const char* device, const char* hook,
+enum lam_status linux_controls_trigger(const char* device, const char* text,
                                        char error[LINUX_CONTROLS_ERROR_CHARS]) {
-  if (strcmp(hook, kFixed) == 0) return LAM_OK;
-  if (strncmp(hook, kControl, strlen(kControl)) == 0) {
-    return trigger_by_control(device, hook + strlen(kControl), error);
+  struct rig_hook hook;
+  if (!rig_hook_read(text, &hook, error)) return LAM_BAD_INPUT;
+  switch (hook.kind) {
+    case RIG_HOOK_CONTROL:
+      return trigger_by_control(device, &hook, error);
+    case RIG_HOOK_MODULE:
+      return trigger_by_module(&hook, error);
+    case RIG_HOOK_FIXED:
+      break;
   }
-  if (strncmp(hook, kModule, strlen(kModule)) == 0) {
-    return trigger_by_module(hook + strlen(kModule), error);
-  }
-  snprintf(error, kErrorChars, "linux.camera_trigger is control:, module: or fixed, not '%.40s'",
-           hook);
+  return LAM_OK;
+}
+
+// A sensor's driver counts lines, of whatever length; a USB camera counts what V4L2 says.
+static enum lam_status find_exposure(int fd, double step_us, uint32_t* id, char* error) {
+  static const double kAbsoluteUs = 100;
+  struct v4l2_query_ext_ctrl control = {.id = V4L2_CID_EXPOSURE};
+  const bool counts_lines = ask(fd, VIDIOC_QUERY_EXT_CTRL, &control) == 0;
+  if (!counts_lines && errno != EINVAL) return fail(error, "cannot ask for", "the exposure");
+  *id = counts_lines ? V4L2_CID_EXPOSURE : V4L2_CID_EXPOSURE_ABSOLUTE;
+  if (counts_lines || step_us == kAbsoluteUs) return LAM_OK;
+  snprintf(error, kErrorChars,
+           "the camera has no control Exposure; 'camera.exposure_step_us = %.0f' for its Exposure "
+           "Time, Absolute",
+           kAbsoluteUs);
   return LAM_BAD_INPUT;
 }
 
@@ -145,8 +135,11 @@ static enum lam_status expose(int fd, double step_us, double wished_us, double* 
   if (ask(fd, VIDIOC_S_CTRL, &manual) != 0 && errno != EINVAL && errno != ENOTTY) {
     return fail(error, "cannot switch off", "automatic exposure");
   }
+  uint32_t id = 0;
+  enum lam_status status = find_exposure(fd, step_us, &id, error);
+  if (status != LAM_OK) return status;
   int64_t steps = llround(wished_us / step_us);
-  const enum lam_status status = set_control(fd, V4L2_CID_EXPOSURE, &steps, error);
+  status = set_control(fd, id, &steps, error);
   if (status != LAM_OK) return status;
   *exposure_us = (double)steps * step_us;
   if (fabs(*exposure_us - wished_us) <= step_us) return LAM_OK;

@@ -1,15 +1,12 @@
 #include "hal_linux_plugin.h"
 
+#include <dlfcn.h>
 #include <stdio.h>
 
 static enum lam_status refuse(struct linux_frames* frames, const char* why) {
   snprintf(frames->error, sizeof frames->error, "libcamera: %s", why);
   return LAM_HARDWARE;
 }
-
-#ifdef LAMELLA_PLUGIN_DIR
-
-#include <dlfcn.h>
 
 enum lam_status linux_plugin_open(struct linux_frames* frames,
                                   const struct linux_frames_wish* wish) {
@@ -21,13 +18,3 @@ enum lam_status linux_plugin_open(struct linux_frames* frames,
   return refuse(frames, "the plug-in in " LAMELLA_PLUGIN_DIR
                         " is of another version: install that of this lamella-rigd");
 }
-
-#else
-
-enum lam_status linux_plugin_open(struct linux_frames* frames,
-                                  const struct linux_frames_wish* wish) {
-  (void)wish;
-  return refuse(frames, "this lamella-rigd is linked statically and loads no plug-in");
-}
-
-#endif

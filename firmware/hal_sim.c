@@ -49,12 +49,39 @@ static double next_vblank_us(const struct hal_sim* sim, double t_us) {
   return sim->last_vblank_us + fmax(periods, 1) * refresh_us;
 }
 
+// Whether the shot before number `shot` has left the sensor at t_us.
+static bool is_read_out(const struct hal_sim* sim, double t_us, size_t shot) {
+  if (shot == 0) return true;
+  return t_us + kGraceUs >= sim->shots[shot - 1].close_us + sim->rig->camera_readout_us;
+}
+
+static bool trigger(struct hal_sim* sim, bool level, double t_us) {
+  if (level == sim->triggered) return true;
+  sim->triggered = level;
+  const double effect_us = t_us + sim->rig->camera_start_delay_us;
+  struct sim_shot* last = sim->shot_count > 0 ? &sim->shots[sim->shot_count - 1] : NULL;
+  if (!level) {
+    last->close_us = effect_us;
+    last->missed = last->missed || !is_read_out(sim, effect_us, sim->shot_count - 1);
+    return true;
+  }
+  if (sim->shot_count == SIM_MAX_EVENTS) return false;
+  // An overlapped readout need only be over when the exposure closes.
+  const bool missed = last != NULL && (sim->rig->camera_readout_overlaps
+                                           ? effect_us + kGraceUs < last->close_us
+                                           : !is_read_out(sim, effect_us, sim->shot_count));
+  sim->shots[sim->shot_count] = (struct sim_shot){effect_us, INFINITY, missed};
+  __atomic_store_n(&sim->shot_count, sim->shot_count + 1, __ATOMIC_RELEASE);
+  return true;
+}
+
 static void lights_off(void* self) {
   struct hal_sim* sim = self;
   pthread_mutex_lock(&sim->light_lock);
   sim_light_blank(&sim->light, true, now_us(sim));
   sim_light_lamp(&sim->light, false, now_us(sim));
   pthread_mutex_unlock(&sim->light_lock);
+  trigger(sim, false, now_us(sim));
 }
 
 static enum lam_status resume(void* self, double* zero_us) {
@@ -80,32 +107,6 @@ static enum lam_status prepare(void* self, double* zero_us) {
   sim->zero_us = *zero_us;
   sim->seen_count = sim->seen_given = 0;
   return status;
-}
-
-// Whether the shot before number `shot` has left the sensor at t_us.
-static bool is_read_out(const struct hal_sim* sim, double t_us, size_t shot) {
-  if (shot == 0) return true;
-  return t_us + kGraceUs >= sim->shots[shot - 1].close_us + sim->rig->camera_readout_us;
-}
-
-static bool trigger(struct hal_sim* sim, bool level, double t_us) {
-  if (level == sim->triggered) return true;
-  sim->triggered = level;
-  const double effect_us = t_us + sim->rig->camera_start_delay_us;
-  struct sim_shot* last = sim->shot_count > 0 ? &sim->shots[sim->shot_count - 1] : NULL;
-  if (!level) {
-    last->close_us = effect_us;
-    last->missed = last->missed || !is_read_out(sim, effect_us, sim->shot_count - 1);
-    return true;
-  }
-  if (sim->shot_count == SIM_MAX_EVENTS) return false;
-  // An overlapped readout need only be over when the exposure closes.
-  const bool missed = last != NULL && (sim->rig->camera_readout_overlaps
-                                           ? effect_us + kGraceUs < last->close_us
-                                           : !is_read_out(sim, effect_us, sim->shot_count));
-  sim->shots[sim->shot_count] = (struct sim_shot){effect_us, INFINITY, missed};
-  __atomic_store_n(&sim->shot_count, sim->shot_count + 1, __ATOMIC_RELEASE);
-  return true;
 }
 
 static void delay_light(struct hal_sim* sim) {

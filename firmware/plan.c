@@ -65,6 +65,7 @@ enum lam_status plan_describe(const struct rig* rig, lamella_v1_Plan* plan) {
   plan->duration_us = burst.duration_us;
   plan->cost_us = burst.cost_us;
   plan->starts_crossed = burst.starts_crossed;
+  plan->trigger_active_low = rig->sensor.trigger_active_low;
   const struct burst_bound bound =
       burst_bound(rig, kBurstSteps, BURST_STEPS, rig->analyser_parks_crossed);
   plan->least_duration_us = bound.duration_us;

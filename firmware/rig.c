@@ -7,6 +7,7 @@
 #include "led_chain.h"
 #include "pattern.h"
 #include "rig_key.h"
+#include "rig_sensor.h"
 
 static const double kPwmSteps = 4096;
 
@@ -46,7 +47,7 @@ static bool cameras_fit_together(const struct rig* rig, char why[160]) {
     snprintf(why, 160, "an edge-triggered exposure is the projector's, %.0f us; LEDs need %.0f us",
              rig_projector_light_us(rig), shortest_us);
   }
-  return why[0] == '\0';
+  return why[0] == '\0' && rig_sensor_fits(rig, why);
 }
 
 // Light that ends within a PWM period is not what its code says.

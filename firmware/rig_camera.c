@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum kind { WHOLE, NUMBER, FORMAT, TRIGGER, STAMP };
+enum kind { WHOLE, NUMBER, FORMAT, SENSOR, TRIGGER, ACTIVE, STAMP };
 
 struct camera_key {
   const char* name;
@@ -24,7 +24,9 @@ static const struct camera_key kKeys[RIG_CAMERA_KEYS] = {
     KEY(format, FORMAT, true, 0, 0),
     KEY(black_level_dn, NUMBER, true, 0, 4095),
     KEY(full_scale_dn, NUMBER, true, 1, 4095),
+    {"camera.sensor", offsetof(struct rig_camera, name), SENSOR, true, 0, 0},
     {"camera.trigger", offsetof(struct rig_camera, edge_triggered), TRIGGER, true, 0, 0},
+    {"camera.trigger_active", offsetof(struct rig_camera, trigger_active_low), ACTIVE, true, 0, 0},
     KEY(exposure_step_us, NUMBER, false, 0.001, 1000),
     KEY(stamp, STAMP, true, 0, 0),
     KEY(stamp_late_us, NUMBER, true, 0, 1e6),
@@ -66,21 +68,43 @@ static bool take_format(struct rig_camera* camera, const char* value, char error
          refuse(error, "camera.format", "is none that is known: as Y10P or SRGGB12 (raw_pixels.h)");
 }
 
+// Which of the words it is; -1: none.
+static int word_of(const char* value, const char* const words[], int count) {
+  for (int i = 0; i < count; i++) {
+    if (strcmp(value, words[i]) == 0) return i;
+  }
+  return -1;
+}
+
+static bool take_sensor(struct rig_camera* camera, const char* value, char error[160]) {
+  static const char* const kWords[] = {
+      [RIG_SENSOR_OTHER] = "other", [RIG_SENSOR_IMX296] = "imx296", [RIG_SENSOR_OV9281] = "ov9281"};
+  const int word = word_of(value, kWords, 3);
+  camera->name = (enum rig_sensor_name)word;
+  return word >= 0 || refuse(error, "camera.sensor", "is imx296, ov9281 or other");
+}
+
 static bool take_trigger(struct rig_camera* camera, const char* value, char error[160]) {
-  camera->edge_triggered = strcmp(value, "edge") == 0;
-  return camera->edge_triggered || strcmp(value, "level") == 0 ||
-         refuse(error, "camera.trigger", "is edge or level");
+  static const char* const kWords[] = {"level", "edge"};
+  const int word = word_of(value, kWords, 2);
+  camera->edge_triggered = word == 1;
+  return word >= 0 || refuse(error, "camera.trigger", "is edge or level");
+}
+
+static bool take_active(struct rig_camera* camera, const char* value, char error[160]) {
+  static const char* const kWords[] = {"high", "low"};
+  const int word = word_of(value, kWords, 2);
+  camera->trigger_active_low = word == 1;
+  return word >= 0 || refuse(error, "camera.trigger_active", "is high or low");
 }
 
 static bool take_stamp(struct rig_camera* camera, const char* value, char error[160]) {
   static const char* const kWords[] = {[RIG_STAMP_OPENED] = "opened",
                                        [RIG_STAMP_CLOSED] = "closed",
                                        [RIG_STAMP_READ_OUT] = "read_out"};
-  for (int i = 0; i <= RIG_STAMP_READ_OUT; i++) {
-    camera->stamp = (enum rig_stamp)i;
-    if (strcmp(value, kWords[i]) == 0) return true;
-  }
-  return refuse(error, "camera.stamp", "is opened, closed or read_out");
+  const int word = word_of(value, kWords, 3);
+  camera->stamp = (enum rig_stamp)word;
+  return word >= 0 || refuse(error, "camera.stamp", "is opened, closed or read_out");
 }
 
 bool rig_camera_take(struct rig_camera* camera, const char* key, const char* value,
@@ -93,8 +117,12 @@ bool rig_camera_take(struct rig_camera* camera, const char* key, const char* val
   switch (known->kind) {
     case FORMAT:
       return take_format(camera, value, error);
+    case SENSOR:
+      return take_sensor(camera, value, error);
     case TRIGGER:
       return take_trigger(camera, value, error);
+    case ACTIVE:
+      return take_active(camera, value, error);
     case STAMP:
       return take_stamp(camera, value, error);
     case WHOLE:

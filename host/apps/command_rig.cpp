@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <set>
 
 #include "apps/commands.h"
 #include "apps/plan_chart.h"
@@ -52,6 +53,7 @@ void print_table(const v1::Plan& plan, const std::string& rig) {
                s.analyser() == v1::Frame::CROSS ? 15 : 16, s.open_us() / 1000, s.close_us() / 1000,
                s.wait_us() / 1000, s.wait());
   }
+  if (plan.trigger_active_low()) fmt::print("\n  TRIGGER's line is 0 while the cameras expose\n");
   fmt::print("\n  where the time goes\n");
   for (const auto& [name, us] : terms_us(plan)) {
     fmt::print("  {:<24} {:>9.1f} ms {:>6.1f} %\n", name, us / 1000, 100 * us / plan.duration_us());
@@ -92,6 +94,7 @@ void print_plan_json(const v1::Plan& plan, const std::string& rig) {
               {"cost_us", plan.cost_us()},
               {"least_duration_us", plan.least_duration_us()},
               {"least_cost_us", plan.least_cost_us()},
+              {"trigger_active", plan.trigger_active_low() ? "low" : "high"},
               {"refusal", plan.refusal()},
               {"steps", steps},
               {"terms_us", terms_us(plan)},
@@ -114,7 +117,11 @@ int run_plan(const PlanArguments& args) {
   const v1::Plan plan = plan_of_rig_file(args.rig_file);
   const std::string rig = fs::path(args.rig_file).stem().string();
   if (!args.svg.empty()) write_whole_text(args.svg, plan_chart(plan, rig));
-  if (!args.vcd.empty()) write_whole_text(args.vcd, vcd_text(plan.edges(), EdgeTime::kPlanned));
+  std::set<std::string> active_low;
+  if (plan.trigger_active_low()) active_low.insert("TRIGGER");
+  if (!args.vcd.empty()) {
+    write_whole_text(args.vcd, vcd_text(plan.edges(), EdgeTime::kPlanned, active_low));
+  }
   if (args.json) {
     print_plan_json(plan, rig);
   } else {

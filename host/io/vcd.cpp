@@ -32,8 +32,8 @@ int64_t nanoseconds(const v1::TimedEdge& edge, EdgeTime time) {
 
 }  // namespace
 
-std::string vcd_text(const google::protobuf::RepeatedPtrField<v1::TimedEdge>& edges,
-                     EdgeTime time) {
+std::string vcd_text(const google::protobuf::RepeatedPtrField<v1::TimedEdge>& edges, EdgeTime time,
+                     const std::set<std::string>& active_low) {
   std::map<std::string, char> symbols;
   for (const v1::TimedEdge& edge : edges) symbols.emplace(edge.line(), '\0');
   std::string text = "$timescale 1 ns $end\n$scope module rig $end\n";
@@ -44,7 +44,8 @@ std::string vcd_text(const google::protobuf::RepeatedPtrField<v1::TimedEdge>& ed
   }
   text += "$upscope $end\n$enddefinitions $end\n#0\n$dumpvars\n";
   for (const auto& [line, symbol] : symbols) {
-    text += fmt::format("{}{}\n", line == "BLANK" ? '1' : '0', symbol);
+    const bool level = (line == "BLANK") != (active_low.count(line) > 0);
+    text += fmt::format("{}{}\n", level ? '1' : '0', symbol);
   }
   text += "$end\n";
   std::vector<Change> changes;
@@ -52,7 +53,8 @@ std::string vcd_text(const google::protobuf::RepeatedPtrField<v1::TimedEdge>& ed
     const int64_t t_ns = nanoseconds(edge, time);
     const char symbol = symbols[edge.line()];
     const bool moment = is_moment(edge.line());
-    changes.push_back({t_ns, symbol, moment || edge.value() != 0});
+    const bool level = (edge.value() != 0) != (active_low.count(edge.line()) > 0);
+    changes.push_back({t_ns, symbol, moment || level});
     if (moment) changes.push_back({t_ns + kPulse_ns, symbol, false});
   }
   std::stable_sort(changes.begin(), changes.end(),

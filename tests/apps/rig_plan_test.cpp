@@ -37,6 +37,22 @@ TEST(RigPlan, WritesAChartAndEdgesForALogicAnalyser) {
   EXPECT_NE(read_text(vcd).find(" BLANK $end"), std::string::npos);
 }
 
+TEST(RigPlan, DrawsATriggerThatIsActiveLowAsAProbeSeesIt) {
+  const testing::ScratchFolder folder;
+  const fs::path file = folder.path() / "low.rig", vcd = folder.path() / "low.vcd";
+  fs::copy_file(fs::path(LAMELLA_BOARD_DIR) / "dome150.leds", folder.path() / "dome150.leds");
+  std::ofstream(file) << read_text(fs::path(LAMELLA_BOARD_DIR) / "sim.rig")
+                      << "camera.trigger_active = low\n";
+  const Outcome outcome = run_lamella({"rig", "plan", "--rig-file", file, "--vcd", vcd});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("TRIGGER's line is 0 while the cameras expose"), std::string::npos);
+  const std::string text = read_text(vcd);
+  const size_t name = text.find(" TRIGGER $end");
+  ASSERT_NE(name, std::string::npos);
+  const std::string rest = std::string("\n1") + text[name - 1] + "\n";
+  EXPECT_LT(text.find(rest), text.find("#", text.find("$dumpvars"))) << "it rests at 1";
+}
+
 TEST(RigPlan, NamesFileLineAndKeyOfAWrongRigFile) {
   const testing::ScratchFolder folder;
   const fs::path file = folder.path() / "wrong.rig";

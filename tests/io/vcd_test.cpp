@@ -44,5 +44,15 @@ TEST(Vcd, StartsWithTheLightsOff) {
             std::string::npos);
 }
 
+TEST(Vcd, ShowsALineThatIsActiveLowAsAProbeSeesIt) {
+  google::protobuf::RepeatedPtrField<v1::TimedEdge> edges;
+  *edges.Add() = edge("TRIGGER", 1, 1);
+  *edges.Add() = edge("TRIGGER", 2, 0);
+  const std::string high = vcd_text(edges, EdgeTime::kPlanned);
+  EXPECT_NE(high.find("$dumpvars\n0!\n$end\n#1000\n1!\n#2000\n0!\n"), std::string::npos) << high;
+  const std::string low = vcd_text(edges, EdgeTime::kPlanned, {"TRIGGER"});
+  EXPECT_NE(low.find("$dumpvars\n1!\n$end\n#1000\n0!\n#2000\n1!\n"), std::string::npos) << low;
+}
+
 }  // namespace
 }  // namespace lamella

@@ -173,3 +173,73 @@ TEST_F(Board, WithoutADisplayAPatternIsRefusedWithTheKeyThatIsMissing) {
   EXPECT_NE(std::string(hal.error).find("linux.display_device"), std::string::npos) << hal.error;
   hal.close(&board_);
 }
+
+// TRIGGER's line, whichever level triggers the cameras.
+
+TEST_F(Board, ATriggerThatIsActiveLowRestsHighAndIsLowForTheExposure) {
+  double at_us = 0;
+  rig_.sensor.trigger_active_low = true;
+  ASSERT_EQ(open(), LAM_OK) << hal.error;
+  EXPECT_EQ(fake_gpio().levels["TRIGGER"], 1) << "the cameras must not expose from the start";
+  ASSERT_EQ(hal.prepare(&board_, &at_us), LAM_OK) << hal.error;
+  EXPECT_EQ(fake_gpio().levels["TRIGGER"], 1);
+  ASSERT_EQ(hal.set_line(&board_, HAL_TRIGGER, true, &at_us), LAM_OK);
+  EXPECT_EQ(fake_gpio().levels["TRIGGER"], 0);
+  ASSERT_EQ(hal.set_line(&board_, HAL_TRIGGER, false, &at_us), LAM_OK);
+  EXPECT_EQ(fake_gpio().levels["TRIGGER"], 1);
+  EXPECT_EQ(board_.shot_count, 1u);
+  hal.close(&board_);
+  EXPECT_EQ(fake_gpio().levels["TRIGGER"], 1) << "as long as the board holds it";
+}
+
+TEST_F(Board, ATriggerThatIsActiveHighRestsLow) {
+  double at_us = 0;
+  ASSERT_EQ(open(), LAM_OK) << hal.error;
+  EXPECT_EQ(fake_gpio().levels["TRIGGER"], 0);
+  ASSERT_EQ(hal.set_line(&board_, HAL_TRIGGER, true, &at_us), LAM_OK);
+  EXPECT_EQ(fake_gpio().levels["TRIGGER"], 1);
+  hal.close(&board_);
+  EXPECT_EQ(fake_gpio().levels["TRIGGER"], 0);
+}
+
+TEST_F(Board, LightsOffEndsAnExposureWhicheverLevelItHas) {
+  for (const bool low : {false, true}) {
+    double at_us = 0;
+    start_over();
+    rig_.sensor.trigger_active_low = low;
+    ASSERT_EQ(open(), LAM_OK) << hal.error;
+    hal.set_line(&board_, HAL_TRIGGER, true, &at_us);
+    hal.set_line(&board_, HAL_BLANK, false, &at_us);
+    hal.lights_off(&board_);
+    EXPECT_EQ(fake_gpio().levels["TRIGGER"], low) << low;
+    EXPECT_EQ(fake_gpio().levels["BLANK"], 1);
+    EXPECT_EQ(board_.shot_count, 0u) << "an exposure that was cut short is no shot";
+    hal.close(&board_);
+  }
+}
+
+TEST_F(Board, ASupervisorPutsAnActiveLowTriggerAtRestToo) {
+  double at_us = 0;
+  rig_.sensor.trigger_active_low = true;
+  ASSERT_EQ(open(), LAM_OK) << hal.error;
+  hal.set_line(&board_, HAL_TRIGGER, true, &at_us);
+  hal.set_line(&board_, HAL_BLANK, false, &at_us);
+  ASSERT_EQ(hal_linux_darken(&board_), LAM_OK);
+  EXPECT_EQ(fake_gpio().levels["TRIGGER"], 1);
+  EXPECT_EQ(fake_gpio().levels["BLANK"], 1);
+  hal.close(&board_);
+}
+
+TEST_F(Board, ALoopBackOfAnActiveLowTriggerIsToldAsTheExposureThatItIs) {
+  rig_.sensor.trigger_active_low = true;
+  ASSERT_EQ(open(), LAM_OK) << hal.error;
+  fake_gpio().edges = {{"TRIGGER_IN", false, 7}, {"BLANK_IN", false, 8}};
+  struct hal_seen_edge seen;
+  ASSERT_TRUE(hal.next_seen(&board_, &seen));
+  EXPECT_EQ(seen.line, HAL_TRIGGER);
+  EXPECT_TRUE(seen.level) << "the line fell: the cameras are triggered";
+  ASSERT_TRUE(hal.next_seen(&board_, &seen));
+  EXPECT_EQ(seen.line, HAL_BLANK);
+  EXPECT_FALSE(seen.level);
+  hal.close(&board_);
+}

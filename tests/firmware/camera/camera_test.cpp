@@ -119,9 +119,9 @@ TEST_F(Camera, AFrameOfALaterShotIsKeptForItAndTheLostOneIsToldByBoth) {
   fake_v4l2.frames = {frame(0, closed_us(0), 1), frame(2, closed_us(2), 3)};
   ASSERT_EQ(read(0), LAM_OK) << error();
   EXPECT_EQ(read(1), LAM_DROPPED);
-  EXPECT_NE(error().find("the frame of shot 1 was dropped: the next, sequence 2"),
-            std::string::npos)
-      << error();
+  EXPECT_EQ(error(),
+            "left camera: the frame of shot 1 was dropped, a gap of 1 in the sequence: the next, "
+            "number 2, is stamped 38000 us too late");
   ASSERT_EQ(read(2), LAM_OK) << error();
   EXPECT_EQ(grey(), 3);
 }
@@ -143,8 +143,37 @@ TEST_F(Camera, AGapThatNoLostShotExplainsIsToldOnce) {
   ASSERT_EQ(read(0), LAM_OK);
   EXPECT_EQ(read(1), LAM_DROPPED);
   EXPECT_EQ(error(),
-            "left camera: a gap of 2 frames before that of shot 1: dropped, or not triggered");
+            "left camera: a gap of 2 in the sequence before shot 1: dropped, or not triggered");
   EXPECT_EQ(read(2), LAM_OK) << error();
+  EXPECT_EQ(grey(), 3);
+}
+
+TEST_F(Camera, ADropWithoutAGapIsToldByTheStampAlone) {
+  arm();
+  fake_v4l2.frames = {frame(0, closed_us(0), 1), frame(1, closed_us(2), 3)};
+  ASSERT_EQ(read(0), LAM_OK) << error();
+  EXPECT_EQ(read(1), LAM_DROPPED);
+  EXPECT_EQ(error(),
+            "left camera: the frame of shot 1 was dropped: the next, number 1, is stamped 38000 us "
+            "too late");
+}
+
+// Stamps that come late by more than a shot fit the frame of the next one as well: only its number
+// tells them apart, and no shot may get another's light.
+TEST_F(Camera, WhereStampsComeLateAGapKeepsTheFrameForTheShotOfItsNumber) {
+  rig_.sensor.stamp_late_us = 100e3;
+  arm();
+  fake_v4l2.frames = {frame(0, closed_us(0), 1), frame(3, closed_us(3), 4),
+                      frame(4, closed_us(4), 5)};
+  ASSERT_EQ(read(0), LAM_OK) << error();
+  EXPECT_EQ(read(1), LAM_DROPPED);
+  EXPECT_EQ(error(),
+            "left camera: a gap of 2 in the sequence before shot 1: dropped, or not triggered");
+  EXPECT_EQ(read(2), LAM_DROPPED);
+  ASSERT_EQ(read(3), LAM_OK) << error();
+  EXPECT_EQ(grey(), 4);
+  ASSERT_EQ(read(4), LAM_OK) << error();
+  EXPECT_EQ(grey(), 5);
 }
 
 TEST_F(Camera, ADamagedFrameAndAShortOneAreNoPhotographs) {
@@ -319,6 +348,21 @@ TEST_F(Camera, AnExposureThatTheCameraDoesNotTakeIsToldInMicroseconds) {
   fake_v4l2.controls = {{"Exposure", {V4L2_CID_EXPOSURE, 500, true}}};
   EXPECT_EQ(open(), LAM_HARDWARE);
   EXPECT_NE(error().find("exposes for 5000.0 us where 20000.0 us were asked"), std::string::npos);
+}
+
+TEST_F(Camera, AUsbCameraIsToldItsExposureInTheUnitsThatV4l2Gives) {
+  rig_.sensor.edge_triggered = true;
+  rig_.sensor.exposure_step_us = 100;
+  fake_v4l2.controls = {{"Exposure Time, Absolute", {V4L2_CID_EXPOSURE_ABSOLUTE, 0}},
+                        {"Auto Exposure", {V4L2_CID_EXPOSURE_AUTO, 0}}};
+  EXPECT_EQ(open(), LAM_OK) << error();
+  EXPECT_EQ(fake_v4l2.controls["Exposure Time, Absolute"].value, 200);  // 20 ms
+  EXPECT_NEAR(camera_.exposure_us, 20000, 1e-9);
+  camera_.close(camera_.self);
+  camera_.self = nullptr;
+  rig_.sensor.exposure_step_us = 9.1;
+  EXPECT_EQ(open(), LAM_BAD_INPUT);
+  EXPECT_NE(error().find("'camera.exposure_step_us = 100'"), std::string::npos) << error();
 }
 
 TEST_F(Camera, TheStampOfAnEdgeTriggeredFrameCountsFromItsEdge) {

@@ -32,10 +32,12 @@ int no(int why) {
 }
 
 int query_control(v4l2_query_ext_ctrl* query) {
-  const uint32_t after = query->id & ~V4L2_CTRL_FLAG_NEXT_CTRL;
+  const uint32_t asked = query->id & ~V4L2_CTRL_FLAG_NEXT_CTRL;
+  const bool next_one = query->id & V4L2_CTRL_FLAG_NEXT_CTRL;
   const std::pair<const std::string, FakeControl>* next = nullptr;
   for (const auto& entry : fake.controls) {
-    if (entry.second.id > after && (!next || entry.second.id < next->second.id)) next = &entry;
+    const bool fits = next_one ? entry.second.id > asked : entry.second.id == asked;
+    if (fits && (!next || entry.second.id < next->second.id)) next = &entry;
   }
   if (!next) return no(EINVAL);
   query->id = next->second.id;

@@ -13,12 +13,14 @@ using Pairs = std::vector<std::pair<std::string, std::string>>;
 const Pairs kCameras = {{"linux.camera_left", "v4l2:/dev/video0"},
                         {"linux.camera_right", "v4l2:/dev/video1"},
                         {"linux.camera_trigger", "fixed"},
+                        {"camera.sensor", "other"},
                         {"camera.width_px", "1456"},
                         {"camera.height_px", "1088"},
                         {"camera.format", "Y10P"},
                         {"camera.black_level_dn", "240"},
                         {"camera.full_scale_dn", "4092"},
                         {"camera.trigger", "level"},
+                        {"camera.trigger_active", "high"},
                         {"camera.stamp", "closed"},
                         {"camera.stamp_late_us", "2000"}};
 const char kBoard[] = R"(
@@ -54,8 +56,7 @@ std::string answer(const Pairs& pairs, double frame_bytes = kFrameBytes) {
   return rig_parse(kept.data(), kept.size(), &rig, &errors) == LAM_OK ? "" : errors.list[0].text;
 }
 
-Pairs with(const std::string& key, const std::string& value) {
-  Pairs pairs = kCameras;
+Pairs with(const std::string& key, const std::string& value, Pairs pairs = kCameras) {
   for (auto& pair : pairs) {
     if (pair.first == key) pair.second = value;
   }
@@ -69,6 +70,25 @@ Pairs without(const std::string& key) {
   }
   return pairs;
 }
+
+// As cameras.md has them.
+Pairs imx296() {
+  return with("linux.camera_trigger", "module:imx296/parameters/trigger_mode=1",
+              with("camera.sensor", "imx296"));
+}
+
+Pairs ov9281() {
+  Pairs pairs = with("camera.sensor", "ov9281");
+  for (const auto& [key, value] : Pairs{{"camera.width_px", "1280"},
+                                        {"camera.height_px", "800"},
+                                        {"camera.format", "GREY"},
+                                        {"camera.trigger", "edge"},
+                                        {"linux.camera_trigger", "control:Trigger Mode=1"}}) {
+    pairs = with(key, value, pairs);
+  }
+  return pairs;
+}
+const double kOv9281Bytes = 1280 * 800 / 2 * 3;
 
 }  // namespace
 
@@ -84,7 +104,8 @@ TEST(RigCamera, AWrongValueIsNamedByItsKey) {
   const Pairs wrong = {{"camera.width_px", "1456.5"},    {"camera.height_px", "0"},
                        {"camera.format", "YUYV"},        {"camera.black_level_dn", "-1"},
                        {"camera.full_scale_dn", "4096"}, {"camera.trigger", "both"},
-                       {"camera.stamp", "now"},          {"camera.stamp_late_us", "soon"}};
+                       {"camera.stamp", "now"},          {"camera.stamp_late_us", "soon"},
+                       {"camera.sensor", "imx219"},      {"camera.trigger_active", "1"}};
   for (const auto& [key, value] : wrong) {
     EXPECT_NE(answer(with(key, value)).find(key), std::string::npos) << key;
   }
@@ -104,4 +125,54 @@ TEST(RigCamera, AKeyMayNotComeTwice) {
   Pairs twice = kCameras;
   twice.emplace_back("camera.stamp", "opened");
   EXPECT_EQ(answer(twice), "'camera.stamp' is given twice");
+}
+
+TEST(RigCamera, ATriggerIsActiveHighOrLow) {
+  EXPECT_EQ(answer(with("camera.trigger_active", "low")), "");
+  EXPECT_EQ(answer(with("camera.trigger_active", "falling")),
+            "'camera.trigger_active' is high or low");
+}
+
+TEST(RigCamera, TheNamedSensorsAreTakenAsTheirPageHasThem) {
+  EXPECT_EQ(answer(imx296()), "");
+  EXPECT_EQ(answer(ov9281(), kOv9281Bytes), "");
+}
+
+TEST(RigCamera, AnImx296WithoutItsTriggerModeIsToldWhichLineIsMissing) {
+  const std::string wanted =
+      "an imx296 wants 'linux.camera_trigger = module:imx296/parameters/trigger_mode=1'";
+  for (const char* hook :
+       {"fixed", "control:Trigger Mode=1", "module:imx296/parameters/trigger_mode=0",
+        "module:imx477/parameters/trigger_mode=1"}) {
+    EXPECT_EQ(answer(with("linux.camera_trigger", hook, imx296())), wanted) << hook;
+  }
+}
+
+TEST(RigCamera, AnOv9281NeedsAControlThatMakesItWaitForTriggers) {
+  for (const char* hook : {"fixed", "module:ov9282/parameters/trigger_mode=1"}) {
+    const std::string told = answer(with("linux.camera_trigger", hook, ov9281()), kOv9281Bytes);
+    EXPECT_NE(told.find("an ov9281 wants 'linux.camera_trigger = control:NAME=VALUE'"),
+              std::string::npos)
+        << told;
+  }
+}
+
+TEST(RigCamera, WhatContradictsTheSensorIsNamed) {
+  EXPECT_EQ(answer(with("camera.trigger", "edge", imx296())),
+            "an imx296 wants 'camera.trigger = level'");
+  EXPECT_EQ(answer(with("camera.trigger", "level", ov9281()), kOv9281Bytes),
+            "an ov9281 wants 'camera.trigger = edge'");
+  EXPECT_EQ(answer(with("camera.format", "SRGGB10P", imx296())),
+            "an imx296 does not give 'camera.format = SRGGB10P'");
+  EXPECT_EQ(answer(with("camera.width_px", "1288", ov9281()), 1288 * 800 / 2 * 3),
+            "an ov9281 has no more than 1280 x 800 pixels: 'camera.width_px', 'height_px'");
+}
+
+TEST(RigCamera, AHookOfNoKindIsToldBeforeAnyCameraIsOpened) {
+  for (const char* hook : {"maybe", "control:Trigger Mode", "control:X=one", "module:imx296=1"}) {
+    const std::string told = answer(with("linux.camera_trigger", hook));
+    EXPECT_NE(told.find("'linux.camera_trigger' is '" + std::string(hook) + "', which is no"),
+              std::string::npos)
+        << told;
+  }
 }
