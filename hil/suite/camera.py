@@ -4,21 +4,22 @@ import subprocess
 from pathlib import Path
 from typing import NamedTuple
 
+from suite import pictures
+from suite.light import digest
+from suite.pictures import CARD
 from suite.report import Measure, Result
 from witness import kernel_trace, led_chain, plan
 
 PROTO = Path(__file__).resolve().parents[2] / "proto"
-KEY_BITS = 64
 STEPS = 20
-DARKEST_OF_BRIGHT, BRIGHTEST_OF_DARK = 2300, 900  # 12-bit steps; the test card is between
-CARD = "test card"
 DROPPED_EXPOSURE = 7  # counted by the feeder
 SWAPPED = ("GRADIENT_X", "GRADIENT_Y")
-UNKNOWN = ("FRINGE", 3)
+UNKNOWN, SHORT_PULSE = ("FRINGE", 3), 1
 
 
 class Photograph(NamedTuple):
-    """One that the rig keeps: what it says of it, and the key in its pixels."""
+    """One that the rig keeps: what it says of it, and the key of the state whose picture it is, to the last
+    pixel; None where it is nobody's."""
     camera: str
     role: str
     index: int
@@ -32,44 +33,34 @@ class Photograph(NamedTuple):
         return self.camera, self.role, self.index, self.analyser
 
 
+class Recorded(NamedTuple):
+    """The burst that recorded the states. expected: {subject: key}; shots: the two subjects of each exposure,
+    account: what the feeder says of it; before: how many exposures the daemon's self-test made."""
+    expected: dict
+    shots: list
+    account: list
+    before: int
+
+
 class Fed(NamedTuple):
     """What the feeder decoded of one exposure. keys: of the left and the right camera."""
     keys: tuple
     leds: str
 
 
-def samples(raw, count):
-    """The first samples of a 12-bit packed photograph."""
-    values = []
-    for i in range(0, count, 2):
-        a, b, c = raw[i // 2 * 3:i // 2 * 3 + 3]
-        values += [a | (b & 15) << 8, b >> 4 | c << 4]
-    return values[:count]
-
-
-def key_in(raw):
-    """The key that a picture carries in its first row, CARD, or None for neither."""
-    values = samples(raw, KEY_BITS)
-    if all(BRIGHTEST_OF_DARK < value < DARKEST_OF_BRIGHT for value in values):
-        return CARD
-    if any(BRIGHTEST_OF_DARK < value < DARKEST_OF_BRIGHT for value in values):
-        return None
-    return f"{sum((value > DARKEST_OF_BRIGHT) << bit for bit, value in enumerate(values)):016x}"
-
-
-def _photograph(record):
+def _photograph(record, known):
     message = subprocess.run(
         ["protoc", "--decode=lamella.v1.FrameOffer", f"-I{PROTO}", "link.proto"],
         input=record.read_bytes()[8:-4], check=True, capture_output=True).stdout.decode()
     frame = plan.parse_text(message)["frame"][0]
     return Photograph(frame["camera"][0], frame["role"][0], int(frame.get("index", ["0"])[0]),
                       frame["analyser"][0], float(frame.get("trigger_us", ["0"])[0]),
-                      key_in(record.with_suffix(".raw").read_bytes()))
+                      known.get(record.with_suffix(".raw").read_bytes()))
 
 
-def photographs(folder):
-    """Every photograph of a burst's store."""
-    return [_photograph(record) for record in sorted(folder.glob("frame-*.record"))]
+def photographs(folder, known):
+    """Every photograph of a burst's store. known: {packed bytes: key} of pictures."""
+    return [_photograph(record, known) for record in sorted(folder.glob("store/*/frame-*.record"))]
 
 
 def fed(text):
@@ -86,27 +77,23 @@ def _refusal(folder):
     return "; ".join(filter(None, told)) or f"ended with {exits}"
 
 
+def _in_turn(taken, camera):
+    return sorted((p for p in taken if p.camera == camera), key=lambda p: p.trigger_us)
+
+
 def recorded(folder):
-    """{subject: key} of the burst that recorded the states, the feeder's account of it, and how many
-    exposures came before, from the daemon's self-test. Its pictures were test cards: a subject is
-    told from the order of the triggers."""
+    """Its pictures were test cards: a subject is told from the order of the triggers."""
     every = fed((folder / "feeder").read_text())
-    account, expected = every[-STEPS:], {}
-    for place, camera in enumerate(("left", "right")):
-        taken = sorted((p for p in photographs(folder) if p.camera == camera),
-                       key=lambda p: p.trigger_us)
+    account, by_camera = every[-STEPS:], []
+    for camera in ("left", "right"):
+        taken = _in_turn(photographs(folder, {}), camera)
         if len(taken) != len(account):
             raise ValueError(f"{len(account)} exposures, {len(taken)} photographs of {camera}")
-        expected.update({p.subject: exposure.keys[place] for p, exposure in zip(taken, account)})
-    return expected, account, len(every) - len(account)
-
-
-def digest(bits):
-    """FNV-1a of one byte a bit: what the feeder calls a frame of LED codes."""
-    value = 0xcbf29ce484222325
-    for bit in bits:
-        value = (value ^ bit) * 0x100000001b3 & (1 << 64) - 1
-    return f"{value:016x}"
+        by_camera.append([p.subject for p in taken])
+    shots = list(zip(*by_camera))
+    expected = {subject: key for subjects, exposure in zip(shots, account)
+                for subject, key in zip(subjects, exposure.keys)}
+    return Recorded(expected, shots, account, len(every) - len(account))
 
 
 def _led_digests(folder, machine):
@@ -124,19 +111,21 @@ def wrong(taken, expected):
 
 
 def _words(faults):
-    return [f"{' '.join(map(str, subject))} shows {key}, not {right}"
+    return [f"{' '.join(map(str, subject))} shows {key or 'no known picture'}, not {right}"
             for subject, right, key in faults[:4]]
 
 
 def _judge(evidence, name, key, judge):
+    """judge(what the recording burst left, what this one did, its photographs)."""
     if evidence.folder is None:
         return Result(name, [], [], skipped="the simulated rig's photographs come from the twin")
-    folders = evidence.folder / "camera-record", evidence.folder / key
-    refusals = list(filter(None, map(_refusal, folders)))
+    first, folder = evidence.folder / "camera-record", evidence.folder / key
+    refusals = list(filter(None, map(_refusal, (first, folder))))
     if refusals:
         return Result(name, [], refusals)
     try:
-        return judge(*folders)
+        known = pictures.read(evidence.folder / "known")
+        return judge(first, folder, photographs(folder, known))
     except ValueError as why:
         return Result(name, [], [str(why)])
 
@@ -145,9 +134,8 @@ def right_pictures(evidence):
     """40 photographs, each of its own light, and the feeder's decoding held against the suite's."""
     name = "40 photographs, each of the light that its step asks for"
 
-    def judge(first, folder):
-        expected, account, _ = recorded(first)
-        taken = photographs(folder)
+    def judge(first, folder, taken):
+        expected, _, account, _ = recorded(first)
         faults = _words(wrong(taken, expected))
         left = {key for subject, key in expected.items() if subject[0] == "left"}
         decoded = [exposure.leds for exposure in account if int(exposure.leds, 16)]
@@ -171,9 +159,8 @@ def swapped_light(evidence):
     name = f"control: {SWAPPED[0]} and {SWAPPED[1]} exchange their light, and so their pictures"
     other = {SWAPPED[0]: SWAPPED[1], SWAPPED[1]: SWAPPED[0]}
 
-    def judge(first, folder):
-        expected = recorded(first)[0]
-        taken = photographs(folder)
+    def judge(first, folder, taken):
+        expected = recorded(first).expected
         swapped = {(c, role, i, a): expected[c, other.get(role, role), i, a]
                    for c, role, i, a in expected}
         faults = _words(wrong(taken, swapped))
@@ -186,17 +173,24 @@ def swapped_light(evidence):
 
 
 def unknown_light(evidence):
-    """A pattern that was never recorded is the test card, in both cameras, and nothing else is."""
-    name = f"control: {UNKNOWN[0]} {UNKNOWN[1]} with another period is an unknown state: test card"
+    """What was never recorded is the test card, in both cameras, and nothing else is."""
+    name = (f"control: {UNKNOWN[0]} {UNKNOWN[1]} with another period, and LEDs that shine for 1.5 ms less, "
+            "are unknown states: test cards")
 
-    def judge(first, folder):
-        expected = recorded(first)[0]
-        cards = {subject: CARD for subject in expected if subject[1:3] == UNKNOWN}
-        taken = photographs(folder)
-        seen = sum(p.key == CARD for p in taken)
+    def judge(first, folder, taken):
+        _, shots, account, _ = recorded(first)
+        if len(taken) != 2 * STEPS:
+            return Result(name, [], [f"{len(taken)} photographs, not {2 * STEPS}"])
+        lit = [number for number, exposure in enumerate(account) if int(exposure.leds, 16)]
+        faults, seen = [], 0
+        for place, camera in enumerate(("left", "right")):
+            for number, photograph in enumerate(_in_turn(taken, camera)):
+                unknown = shots[number][place][1:3] == UNKNOWN or number == lit[SHORT_PULSE]
+                right = CARD if unknown else account[number].keys[place]
+                faults += _words(wrong([photograph], {photograph.subject: right}))
+                seen += photograph.key == CARD
         return Result(name, [Measure("test cards", seen, "")],
-                      _words(wrong(taken, {**expected, **cards})) +
-                      ([] if seen == 2 else [f"{seen} test cards, not 2"]))
+                      faults + ([] if seen == 4 else [f"{seen} test cards, not 4"]))
 
     return _judge(evidence, name, "camera-unknown", judge)
 
@@ -205,9 +199,8 @@ def dropped_frame(evidence):
     """A frame that never comes: the rig says which, takes it again, and mixes up no other."""
     name = "one frame never reaches the left camera: told, and taken again"
 
-    def judge(first, folder):
-        expected, _, before = recorded(first)
-        taken = photographs(folder)
+    def judge(first, folder, taken):
+        expected, _, _, before = recorded(first)
         log = (folder / "rigd.log").read_text()
         told = re.findall(r"shot (\d+), camera (\d): dropped", log)
         faults = _words(wrong(taken, expected))

@@ -1,17 +1,14 @@
 """A host as its user has it: the program lamella, its keys, a line to the rig that can be cut."""
 import os
 import socket
-import struct
 import subprocess
 import threading
-import zlib
 
-from suite.camera import CARD, KEY_BITS
+from suite import exr
+from suite.pictures import CARD, KEY_BITS
 
 LONGEST_S = 120
 DARKEST_OF_BRIGHT, BRIGHTEST_OF_DARK = 0.55, 0.2  # of a camera's full scale; the test card is between
-EXR_MAGIC = 20000630
-EXR_ZIP = 3
 
 
 class Line:
@@ -93,37 +90,9 @@ class Host:
         return process.returncode, out, errors.strip()
 
 
-def _first_line(exr):
-    """The first line's bytes of the channels B, G and R, 16 bits a value; OpenEXR, ZIP, 16 lines a chunk."""
-    if struct.unpack_from("<I", exr)[0] != EXR_MAGIC:
-        raise ValueError("not OpenEXR")
-    at, attributes = 8, {}
-    while exr[at]:
-        name, kind, rest = exr[at:at + 600].split(b"\0", 2)
-        at += len(name) + len(kind) + 2
-        size = struct.unpack_from("<I", exr, at)[0]
-        attributes[name] = exr[at + 4:at + 4 + size]
-        at += 4 + size
-    left, top, right, bottom = struct.unpack("<4i", attributes[b"dataWindow"])
-    if attributes[b"compression"][0] != EXR_ZIP:
-        raise ValueError("not ZIP")
-    first_chunk = struct.unpack_from("<Q", exr, at + 1)[0]
-    size = struct.unpack_from("<i", exr, first_chunk + 4)[0]
-    width, lines = right - left + 1, min(16, bottom - top + 1)
-    packed = exr[first_chunk + 8:first_chunk + 8 + size]
-    if size == width * lines * 6:
-        return packed[:width * 6]
-    deltas = zlib.decompress(packed)
-    mixed = bytearray(deltas[:1])
-    for delta in deltas[1:]:
-        mixed.append((mixed[-1] + delta - 128) & 255)
-    half = (len(mixed) + 1) // 2
-    return b"".join(bytes(pair) for pair in zip(mixed[:width * 3], mixed[half:half + width * 3]))
-
-
-def key_in_exr(exr):
+def key_in_exr(image):
     """The key that a developed picture carries in its first row, CARD, or None for neither."""
-    values = struct.unpack_from(f"<{KEY_BITS}e", _first_line(exr))
+    values = exr.lines(image)[0][0][:KEY_BITS]
     if any(BRIGHTEST_OF_DARK < value < DARKEST_OF_BRIGHT for value in values):
         return CARD if all(BRIGHTEST_OF_DARK < v < DARKEST_OF_BRIGHT for v in values) else None
     return f"{sum((value > DARKEST_OF_BRIGHT) << bit for bit, value in enumerate(values)):016x}"

@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 from typing import NamedTuple
 
-from suite import world_disk
+from suite import light, pictures, world_disk
 from suite.camera import STEPS, recorded
 from suite.host import Host, Line, key_in_exr
 from suite.machine import Machine, MachineError, make_disk
@@ -20,6 +20,7 @@ from suite.report import Measure, Result, expect
 
 LONGEST_S = 150  # of anything in the guest, on a machine that others use too
 REFUSED, PHOTOGRAPHS = 3, 2 * STEPS
+WIDTH_PX, HEIGHT_PX = 160, 120  # of a camera, as in vm.rig
 DIGITS, DIGIT_GAP_S, ROUND_GAP_S = 5, 0.9, 2.5
 CUTS_BYTES = (200_000, 300_000, 70_001)
 KILLED_AT_BYTES = 400_000
@@ -319,26 +320,23 @@ SCENES = (stranger_refused, pairing, captured, cut_link, killed_host, button, po
           power_cut_writing, recovered, *world_disk.SCENES)
 
 
-def _calibration(lamella, cache, out):
-    """A rig's that is as this one, its cameras as big as these are."""
-    made = cache / "calibration.json"
-    if not made.exists():
-        subprocess.run([lamella, "twin", "--subject", "sphere", "--scale", "0.1",
-                        "--calibration-out", made], check=True, capture_output=True)
-    calibration = json.loads(made.read_text(encoding="utf-8"))
+def _calibration(twins, out):
+    """The twin's rig, its cameras as big as these are."""
+    calibration = json.loads(twins.read_text(encoding="utf-8"))
     for camera in calibration["rig"]["cameras"]:
-        camera["width"], camera["height"] = 160, 120
+        camera["width"], camera["height"] = WIDTH_PX, HEIGHT_PX
     (out / "calibration.json").write_text(json.dumps(calibration), encoding="utf-8")
 
 
 def _prepare(made, first_boot):
-    """The world, its disk empty; its cameras know the states that the first boot's recorded."""
+    """The world, its disk empty; its cameras know the states that an earlier boot recorded."""
     shutil.rmtree(made.out, ignore_errors=True)
     made.out.mkdir(parents=True)
-    expected, account, _ = recorded(first_boot / "camera-record")
-    (made.out / "states").write_text("".join(f"{key}\n" for fed in account for key in fed.keys),
-                                     encoding="utf-8")
-    _calibration(made.lamella, made.cache, made.out)
+    expected = recorded(first_boot / "camera-record").expected
+    states = light.read_states((first_boot / "camera-record/states").read_text())
+    pictures.write(made.out / "known", [states[key] for key in sorted(set(expected.values()))],
+                   lambda state: pictures.draw_key(state.key, WIDTH_PX, HEIGHT_PX))
+    _calibration(first_boot / "known/calibration.json", made.out)
     world = World(made, expected)
     make_disk(world.disk)
     return world

@@ -1,4 +1,7 @@
 """A plan and edges that keep it, small enough to read."""
+import struct
+import zlib
+
 from witness.edges import Edge
 from witness.plan import Plan, PlannedEdge
 
@@ -32,3 +35,26 @@ def clocked(bits, start_ns=1000, period_ns=100):
         found.append(Edge(t_ns + period_ns, "SPI_SCK", 0))
         t_ns += period_ns
     return found + [Edge(t_ns + 10, "LATCH", 1), Edge(t_ns + 20, "LATCH", 0)]
+
+
+def exr_of(rows):
+    """An OpenEXR file of [[(red, green, blue)]], as the host writes it."""
+    width, height = len(rows[0]), len(rows)
+    window = struct.pack("<4i", 0, 0, width - 1, height - 1)
+    head = struct.pack("<II", 20000630, 2)
+    for name, kind, value in ((b"compression", b"compression", b"\3"), (b"dataWindow", b"box2i", window)):
+        head += name + b"\0" + kind + b"\0" + struct.pack("<I", len(value)) + value
+    head += b"\0"
+    chunks = []
+    for top in range(0, height, 16):
+        plain = b"".join(struct.pack(f"<{width}e", *(pixel[c] for pixel in row))
+                         for row in rows[top:top + 16] for c in (2, 1, 0))
+        mixed = plain[0::2] + plain[1::2]
+        packed = zlib.compress(bytes([mixed[0]] + [(b - a + 128) & 255 for a, b in zip(mixed, mixed[1:])]))
+        data = packed if len(packed) < len(plain) else plain
+        chunks.append(struct.pack("<ii", top, len(data)) + data)
+    at, offsets = len(head) + 8 * len(chunks), b""
+    for chunk in chunks:
+        offsets += struct.pack("<Q", at)
+        at += len(chunk)
+    return head + offsets + b"".join(chunks)
