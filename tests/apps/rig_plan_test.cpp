@@ -50,7 +50,7 @@ TEST(RigPlan, DrawsATriggerThatIsActiveLowAsAProbeSeesIt) {
   const size_t name = text.find(" TRIGGER $end");
   ASSERT_NE(name, std::string::npos);
   const std::string rest = std::string("\n1") + text[name - 1] + "\n";
-  EXPECT_LT(text.find(rest), text.find("#", text.find("$dumpvars"))) << "it rests at 1";
+  EXPECT_LT(text.find(rest), text.find("$end", text.find("$dumpvars"))) << "it rests at 1";
 }
 
 TEST(RigPlan, NamesFileLineAndKeyOfAWrongRigFile) {
