@@ -112,4 +112,35 @@ uint32_t crc32c(const void* data, size_t size, uint32_t previous) {
   return ~crc;
 }
 
+namespace {
+
+// Polynomials over two elements, the highest power in bit 0, modulo the CRC's.
+uint32_t product(uint32_t a, uint32_t b) {
+  uint32_t sum = 0;
+  for (; a != 0; a <<= 1) {
+    if (a & 0x80000000) sum ^= b;
+    b = (b >> 1) ^ (b & 1 ? kPolynomial : 0);
+  }
+  return sum;
+}
+
+// x to the power of 8 times `bytes`: what so many bytes multiply the CRC before them by.
+uint32_t power_of(size_t bytes) {
+  uint32_t power = 0x80000000, square = 0x00800000;  // 1, x^8
+  for (; bytes != 0; bytes >>= 1) {
+    if (bytes & 1) power = product(power, square);
+    square = product(square, square);
+  }
+  return power;
+}
+
+}  // namespace
+
+uint32_t crc32c_of_parts(uint32_t first, uint32_t second, size_t second_size) {
+  thread_local size_t size = 0;
+  thread_local uint32_t power = 0x80000000;
+  if (size != second_size) power = power_of(size = second_size);
+  return product(power, first) ^ second;
+}
+
 }  // namespace lamella

@@ -368,7 +368,7 @@ Break LinkClient::next_chunk(Blob* blob, uint32_t sequence) {
   if (crc32c(data.data(), data.size()) != chunk.crc32c) return "a damaged chunk";
   if (blob->bytes.empty()) blob->bytes.reserve(blob->total);
   blob->bytes.insert(blob->bytes.end(), data.begin(), data.end());
-  blob->crc32c = crc32c(data.data(), data.size(), blob->crc32c);  // while it is at hand
+  blob->crc32c = crc32c_of_parts(blob->crc32c, chunk.crc32c, data.size());
   blob->arrived(data);
   return {};
 }

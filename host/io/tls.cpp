@@ -4,6 +4,7 @@
 #include <openssl/err.h>
 #include <openssl/ssl.h>
 #include <sys/socket.h>
+#include <sys/uio.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -18,23 +19,46 @@ namespace {
 
 constexpr char kExporterLabel[] = "EXPORTER-lamella-link";
 constexpr long kMaxCertificateBytes = 4096;
-constexpr size_t kReadAheadBytes = 128 << 10;
+
+}  // namespace
+
+// What OpenSSL reads and writes. It asks for the head of a record, then for the rest of it: what
+// comes behind is had in the same call to the kernel, and kept. (OpenSSL's own read-ahead moves all
+// that it has read ahead to the front of its buffer for every record.)
+struct Tls::Line {
+  int fd;
+  std::array<char, 64 << 10> ahead;
+  size_t begin = 0, end = 0;  // of what is kept
+};
+
+namespace {
+
+int give_kept(Tls::Line* line, char* bytes, int room) {
+  const size_t count = std::min(line->end - line->begin, size_t(room));
+  std::memcpy(bytes, line->ahead.data() + line->begin, count);
+  line->begin += count;
+  return int(count);
+}
 
 // OpenSSL's own socket BIO would raise SIGPIPE; this one does not.
 int bio_write(BIO* bio, const char* bytes, int count) {
   BIO_clear_retry_flags(bio);
-  const auto fd = int(reinterpret_cast<intptr_t>(BIO_get_data(bio)));
-  const ssize_t sent = send(fd, bytes, size_t(count), MSG_NOSIGNAL);
+  const auto* line = static_cast<Tls::Line*>(BIO_get_data(bio));
+  const ssize_t sent = send(line->fd, bytes, size_t(count), MSG_NOSIGNAL);
   if (sent < 0 && (errno == EAGAIN || errno == EINTR)) BIO_set_retry_write(bio);
   return int(sent);
 }
 
 int bio_read(BIO* bio, char* bytes, int room) {
   BIO_clear_retry_flags(bio);
-  const auto fd = int(reinterpret_cast<intptr_t>(BIO_get_data(bio)));
-  const ssize_t got = recv(fd, bytes, size_t(room), 0);
+  auto* line = static_cast<Tls::Line*>(BIO_get_data(bio));
+  if (line->begin < line->end) return give_kept(line, bytes, room);
+  const iovec parts[] = {{bytes, size_t(room)}, {line->ahead.data(), line->ahead.size()}};
+  const ssize_t got = readv(line->fd, parts, 2);
   if (got < 0 && (errno == EAGAIN || errno == EINTR)) BIO_set_retry_read(bio);
-  return int(got);
+  line->begin = 0;
+  line->end = got > room ? size_t(got) - size_t(room) : 0;
+  return int(std::min<ssize_t>(got, room));
 }
 
 long bio_control(BIO*, int command, long, void*) { return command == BIO_CTRL_FLUSH; }
@@ -54,9 +78,6 @@ bool set_up(SSL_CTX* context, const TlsOptions& options) {
   SSL_CTX_set_options(context, SSL_OP_NO_TICKET | SSL_OP_NO_COMPRESSION | SSL_OP_NO_RENEGOTIATION);
   SSL_CTX_set_session_cache_mode(context, SSL_SESS_CACHE_OFF);
   SSL_CTX_set_max_cert_list(context, kMaxCertificateBytes);
-  // One call to the kernel for several records.
-  SSL_CTX_set_read_ahead(context, 1);
-  SSL_CTX_set_default_read_buffer_len(context, kReadAheadBytes);
   SSL_CTX_set_mode(context, SSL_MODE_ENABLE_PARTIAL_WRITE | SSL_MODE_ACCEPT_MOVING_WRITE_BUFFER);
   const std::string alpn = char(options.protocol.size()) + options.protocol;
   return SSL_CTX_set_min_proto_version(context, TLS1_3_VERSION) == 1 &&
@@ -76,7 +97,9 @@ void Tls::Free::operator()(SSL_CTX* context) const { SSL_CTX_free(context); }
 void Tls::Free::operator()(SSL* tls) const { SSL_free(tls); }
 
 Tls::Tls(int fd, TlsOptions options)
-    : options_(std::move(options)), context_(SSL_CTX_new(TLS_client_method())) {
+    : options_(std::move(options)),
+      line_(new Line{.fd = fd, .ahead = {}}),
+      context_(SSL_CTX_new(TLS_client_method())) {
   if (!context_ || !set_up(context_.get(), options_)) {
     throw Error(Fault::kRig, "TLS", "OpenSSL cannot be set up");
   }
@@ -85,7 +108,7 @@ Tls::Tls(int fd, TlsOptions options)
   tls_.reset(SSL_new(context_.get()));
   BIO* bio = BIO_new(socket_method());
   if (!tls_ || !bio) throw Error(Fault::kRig, "TLS", "OpenSSL has no memory");
-  BIO_set_data(bio, reinterpret_cast<void*>(intptr_t(fd)));
+  BIO_set_data(bio, line_.get());
   BIO_set_init(bio, 1);
   SSL_set_bio(tls_.get(), bio, bio);
   SSL_set_connect_state(tls_.get());

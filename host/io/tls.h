@@ -25,6 +25,8 @@ struct TlsOptions {
 
 class Tls {
  public:
+  struct Line;  // the socket below
+
   enum class Progress { kDone, kWantsRead, kWantsWrite, kClosed };
 
   // `fd` stays the caller's.
@@ -55,6 +57,7 @@ class Tls {
   Progress judge(int result);
 
   TlsOptions options_;
+  std::unique_ptr<Line> line_;
   std::unique_ptr<SSL_CTX, Free> context_;
   std::unique_ptr<SSL, Free> tls_;
   Fingerprint peer_{};

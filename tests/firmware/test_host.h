@@ -49,8 +49,9 @@ class RigProcess {
   int port();               // waits for "listening on 127.0.0.1:PORT"; 0 where it ends instead
   int exit_code();          // waits for the end
   void signal(int number);  // SIGTERM, SIGINT
-  std::string errors();     // what it said on stderr, once it has ended
-  std::string output();     // the rest of what it says on stdout, until it ends
+  pid_t pid() const { return pid_; }
+  std::string errors();  // what it said on stderr, once it has ended
+  std::string output();  // the rest of what it says on stdout, until it ends
   // Waits for a line on stderr that has this in it; "" where it ends instead.
   std::string error_line(const std::string& part);
 

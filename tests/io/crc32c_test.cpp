@@ -25,6 +25,8 @@ TEST(Crc32c, OfTwoPartsIsThatOfTheWhole) {
   for (size_t cut = 0; cut <= text.size(); ++cut) {
     const uint32_t first = crc32c(text.data(), cut);
     EXPECT_EQ(crc32c(text.data() + cut, text.size() - cut, first), whole) << "cut at " << cut;
+    const uint32_t second = crc32c(text.data() + cut, text.size() - cut);
+    EXPECT_EQ(crc32c_of_parts(first, second, text.size() - cut), whole) << "cut at " << cut;
   }
 }
 

@@ -32,6 +32,8 @@ int RigUnderTest::port() {
   return inside_->port;
 }
 
+pid_t RigUnderTest::pid() const { return inside_->process.pid(); }
+
 std::string RigUnderTest::error_line(const std::string& part) {
   return inside_->process.error_line(part);
 }

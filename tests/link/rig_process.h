@@ -2,6 +2,8 @@
 // and of libprotobuf have the same names.
 #pragma once
 
+#include <sys/types.h>
+
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -28,6 +30,7 @@ class RigUnderTest {
 
   int port();
   std::string address() { return "127.0.0.1:" + std::to_string(port()); }
+  pid_t pid() const;
   // Waits for a line on its stderr that has this in it.
   std::string error_line(const std::string& part);
 
