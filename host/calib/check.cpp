@@ -11,6 +11,7 @@
 #include "calib/check_rig.h"
 #include "calib/receive.h"
 #include "io/json.h"
+#include "io/shortfall.h"
 #include "link.pb.h"
 
 namespace lamella {
@@ -221,6 +222,10 @@ void check_manifest(const Session& s, std::vector<CheckLine>* lines) {
                                           s.stage.leds().size())));
   for (const std::string& warning : s.warnings) {
     lines->push_back(plain_line(Grade::kNote, "manifest", warning));
+  }
+  const std::string shortfall = read_shortfall(s.path);
+  if (!shortfall.empty()) {
+    lines->push_back(plain_line(Grade::kPoor, "burst", "the rig says: " + shortfall));
   }
   guarded("roles", lines, [&] {
     require_burst(s);

@@ -182,6 +182,16 @@ void add_frames(Reception* reception) {
   }
 }
 
+// Why a session of photographs that did arrive cannot be fitted; "" where it can.
+std::string unfit_for(const Session& session) {
+  try {
+    require_burst(session);
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "";
+}
+
 }  // namespace
 
 std::string frame_file(const v1::Frame& frame) {
@@ -197,16 +207,17 @@ std::string frame_file(const v1::Frame& frame) {
 }
 
 Reception receive_session(BurstSource* rig, const Burst& burst, const fs::path& folder,
-                          const std::function<void(int)>& progress, Extent extent) {
+                          const std::function<void(int)>& progress) {
   Reception reception;
   Cameras cameras;
   reception.manifest = read_calibration(rig, burst, &cameras);
   reception.manifest.set_flashing_confirmed(burst.flashing_confirmed);
+  reception.manifest.set_shortfall(burst.shortfall);
   if (const v1::Welcome* welcome = rig->answering()) {
     require_shown_patterns(*welcome, reception.manifest);
   }
   reception.offers = rig->offers(burst);
-  if (extent == Extent::kWholeBurst && reception.offers.size() != burst.frame_count) {
+  if (burst.shortfall.empty() && reception.offers.size() != burst.frame_count) {
     reject("rig", "offers " + std::to_string(reception.offers.size()) + " of its " +
                       std::to_string(burst.frame_count) + " photographs");
   }
@@ -215,7 +226,8 @@ Reception receive_session(BurstSource* rig, const Burst& burst, const fs::path& 
   reception.timing = rig->timing(burst);
   write_json(folder / "timing.json", reception.timing, Defaults::kWritten);
   write_json(folder / "session.json", reception.manifest);
-  if (extent == Extent::kWholeBurst) blame_rig([&] { require_burst(read_session(folder)); });
+  blame_rig([&] { reception.unfit = unfit_for(read_session(folder)); });
+  if (burst.shortfall.empty() && !reception.unfit.empty()) reject("rig", reception.unfit);
   return reception;
 }
 

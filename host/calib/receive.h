@@ -19,20 +19,15 @@ struct Reception {
   double transfer_s = 0;
   std::vector<std::string> marked;   // photographs to be taken again, in words
   std::vector<std::string> retaken;  // photographs that the rig took again itself
-};
-
-enum class Extent {
-  kWholeBurst,
-  kWhatIsThere,  // of a partial burst: nothing missing is an error
+  std::string unfit;                 // why it cannot be fitted; empty: it can
 };
 
 // Fetches every photograph of the burst and writes frames/, timing.json and session.json into
 // `folder`. Photographs are developed and written while the next ones arrive; `progress(done)` is
 // called after each has arrived. What the rig sends is checked against its own calibration; where
-// it disagrees, or is not one whole burst, an Error (kRig) says so.
+// it disagrees, or lacks what the burst does not say that it lacks, an Error (kRig) says so.
 Reception receive_session(BurstSource* rig, const Burst& burst, const fs::path& folder,
-                          const std::function<void(int)>& progress,
-                          Extent extent = Extent::kWholeBurst);
+                          const std::function<void(int)>& progress);
 
 // The rig may forget all of them. Only after the session is in its place.
 void acknowledge_all(LinkClient* rig, const Reception& reception);

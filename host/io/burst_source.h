@@ -19,6 +19,7 @@ struct Burst {
   bool marked = false;  // an edge came later than its tolerance
   uint32_t late_edges = 0;
   std::string verdict;
+  std::string shortfall;  // what is bad or missing of it, in the rig's words; empty: nothing
 };
 
 class BurstSource {
@@ -38,12 +39,21 @@ class BurstSource {
   // Every photograph of the burst that is still there, in the rig's order.
   virtual std::vector<v1::FrameOffer> offers(const Burst& burst) = 0;
 
+  // How the burst ended; without a verdict where it was cut off.
+  virtual v1::BurstDone ending(const Burst& burst) = 0;
+
   // The raw bytes of one, its length and CRC32C checked.
   virtual std::vector<uint8_t> photograph(const v1::FrameOffer& offer) = 0;
 
   // Every edge of the burst, as planned and as it happened; of a partial one maybe none.
   virtual v1::TimingEdges timing(const Burst& burst) = 0;
 };
+
+// What the rig says of a burst that is over.
+void take_ending(const v1::BurstDone& done, Burst* burst);
+
+// The burst that is held, with all that its source says of it.
+Burst burst_of(BurstSource* source, const v1::HeldBurst& held);
 
 // "frame 7 (left STRIPES 2 CROSS)".
 std::string describe(const v1::FrameOffer& offer);

@@ -17,7 +17,7 @@ constexpr uint32_t kMaxEdges = 1u << 20;
 constexpr double kPollStatus_s = 0.2;
 constexpr double kLongestTest_s = 600;
 constexpr double kLongestBurst_us = 600e6;  // nobody sits still for ten minutes
-constexpr const char* kCheckLink = "check the rig's power and its network, then capture again";
+constexpr const char* kCheckLink = "check the rig's power and its network, then try again";
 
 std::string number(uint64_t n) { return std::to_string(n); }
 
@@ -34,66 +34,6 @@ struct LinkClient::Blob {
   uint32_t crc32c = 0;  // of those that came
   std::function<void(std::span<const uint8_t>)> arrived = [](std::span<const uint8_t>) {};
 };
-
-std::string describe(const v1::FrameOffer& offer) {
-  const v1::Frame& f = offer.frame();
-  std::string text = "frame " + number(offer.frame_id()) + " (" + f.camera() + " " +
-                     v1::Frame::Role_Name(f.role());
-  if (f.has_index()) text += " " + number(f.index());
-  return text + " " + v1::Frame::Analyser_Name(f.analyser()) + ")";
-}
-
-LinkClient::LinkClient(std::string address, LinkOptions options)
-    : address_(std::move(address)), options_(std::move(options)) {
-  socket_.set_interrupted(options_.interrupted);
-  const Break broken = connect();
-  if (!broken) return;
-  fail("no rig answers (" + *broken + ")",
-       options_.tls ? "is lamella-rigd running there, and paired with this host? "
-                      "lamella rig pair --rig " +
-                          address_
-                    : "is lamella-rigd running there?");
-}
-
-void LinkClient::fail(const std::string& problem, const std::string& remedy) const {
-  if (options_.interrupted && options_.interrupted()) {
-    throw Error(Fault::kRig, "rig " + address_, "interrupted, nothing was kept");
-  }
-  throw Error(Fault::kRig, "rig " + address_, problem, remedy);
-}
-
-Break LinkClient::connect() {
-  socket_.close();
-  const Deadline end = deadline_in(options_.connect_s);
-  if (Break broken = socket_.connect_tcp(address_, end)) return broken;
-  if (options_.tls) {
-    if (Break broken = socket_.start_tls(*options_.tls, end)) return broken;
-  }
-  return greet();
-}
-
-Break LinkClient::greet() {
-  v1::Request request;
-  request.mutable_hello()->set_protocol_version(kProtocolVersion);
-  request.mutable_hello()->set_host_name("lamella");
-  request.set_request_id(++request_id_);
-  if (Break broken = socket_.send(request, deadline_in(options_.reply_s))) return broken;
-  v1::Reply reply;
-  do {  // an event may come first
-    if (Break broken = socket_.receive(&reply, deadline_in(options_.reply_s))) return broken;
-  } while (reply.has_status() || reply.has_done());
-  // The rig may not have noticed yet that our last connection is gone.
-  if (reply.refusal().code() == v1::Refusal::WRONG_STATE) return "busy with another host";
-  throw_refusal(reply);
-  if (!reply.has_welcome()) return "did not answer the greeting";
-  welcome_ = reply.welcome();
-  if (welcome_.protocol_version() != kProtocolVersion) {
-    fail("speaks protocol version " + number(welcome_.protocol_version()) + ", this host " +
-             number(kProtocolVersion),
-         "update whichever is older");
-  }
-  return {};
-}
 
 // A refusal is the rig's last word, so it is thrown; everything else may be tried again.
 Break LinkClient::next_reply(double seconds, v1::Reply* reply) {
@@ -140,8 +80,9 @@ void LinkClient::persist(const Transfer& transfer) {
     socket_.close();
     idle = transfer.reached() > before ? 0 : idle + 1;
     const bool interrupted = options_.interrupted && options_.interrupted();
-    if (idle > options_.retries || interrupted)
-      fail(transfer.position() + " (" + *broken + ")", kCheckLink);
+    if (idle > options_.retries || interrupted) {
+      fail(transfer.position() + " (" + *broken + ")", transfer.remedy);
+    }
     pause(options_.backoff_s * (1 << idle));
   }
 }
@@ -149,7 +90,7 @@ void LinkClient::persist(const Transfer& transfer) {
 v1::Reply LinkClient::asked(const std::string& what, v1::Request request) {
   v1::Reply reply;
   persist({[&] { return ask(&request, &reply); }, [] { return size_t(0); },
-           [&] { return "link cut while asking for " + what; }});
+           [&] { return "link cut while asking for " + what; }, kCheckLink});
   return reply;
 }
 
@@ -198,7 +139,7 @@ Burst LinkClient::run_burst(const std::string& subject, bool discard_held,
   request.mutable_burst()->set_flashing_confirmed(flashing_confirmed);
   v1::Reply reply;
   const Break broken = ask(&request, &reply);
-  if (broken) fail("link cut while starting the burst (" + *broken + ")", kCheckLink);
+  if (broken) fail("link cut while starting the burst (" + *broken + ")", after_a_cut());
   if (!reply.has_accepted()) fail("answered the request for a burst with something else");
   Burst burst;
   burst.flashing_confirmed = flashing_confirmed;
@@ -208,8 +149,16 @@ Burst LinkClient::run_burst(const std::string& subject, bool discard_held,
   if (!(burst.planned_us >= 0 && burst.planned_us < kLongestBurst_us)) {
     fail("plans a burst of " + std::to_string(burst.planned_us) + " us");
   }
-  if (await_done(&burst)) await_idle(&burst);
+  if (const Break cut = await_done(&burst)) await_idle(*cut, &burst);
   return burst;
+}
+
+// Where a burst is to be had whose link was cut, and did not mend.
+std::string LinkClient::after_a_cut() const {
+  if (!options_.outlives_us) return "the simulated rig is gone, and its burst with it: start again";
+  return "once the rig is back, lamella rig recover --rig " + address_ +
+         " says what became of the burst, and lamella rig sync --rig " + address_ +
+         " --out FOLDER fetches it";
 }
 
 Break LinkClient::await_done(Burst* burst) {
@@ -220,9 +169,7 @@ Break LinkClient::await_done(Burst* burst) {
     fail_on_fault(reply.status());
   } while (!reply.has_done() || reply.done().burst_id() != burst->id);
   burst->frame_count = reply.done().frame_count();
-  burst->marked = reply.done().marked();
-  burst->late_edges = reply.done().late_edges();
-  burst->verdict = reply.done().verdict();
+  take_ending(reply.done(), burst);
   return {};
 }
 
@@ -230,41 +177,68 @@ void LinkClient::fail_on_fault(const v1::Status& status) const {
   if (status.state() == v1::FAULT) fail("fault during the burst: " + status.fault());
 }
 
-// The connection broke during the burst, which goes on without us: ask until the rig is done.
-void LinkClient::await_idle(Burst* burst) {
+// The connection broke during the burst, which goes on without us: ask until the rig is done. A rig
+// that was off meanwhile has a part of the burst, or none of it.
+void LinkClient::await_idle(const std::string& cut, Burst* burst) {
+  const std::string what = "link cut during burst " + number(burst->id) + " (" + cut + ")";
   const Deadline end = deadline_in(burst->planned_us * 1e-6 + options_.burst_margin_s);
-  while (true) {
-    socket_.close();
-    const v1::Status now = status();
-    if (now.burst_id() != burst->id) fail("lost burst " + number(burst->id));
-    fail_on_fault(now);
-    burst->frame_count = now.frames_held();
-    if (now.state() == v1::IDLE) return;
+  v1::Request request;
+  request.mutable_status();
+  v1::Reply reply;
+  do {
     if (std::chrono::steady_clock::now() > end) fail("the burst does not end", kCheckLink);
-    pause(kPollStatus_s);
+    socket_.close();
+    persist({[&] { return ask(&request, &reply); }, [] { return size_t(0); },
+             [&] { return what + ", and not mended"; }, after_a_cut()});
+    fail_on_fault(reply.status());
+    if (reply.status().state() != v1::IDLE) pause(kPollStatus_s);
+  } while (reply.status().state() != v1::IDLE);
+  const std::vector<v1::HeldBurst> all = held();
+  const auto it = std::find_if(all.begin(), all.end(),
+                               [&](const auto& h) { return h.burst_id() == burst->id; });
+  if (it == all.end()) {
+    fail(what + ": the rig was off meanwhile, and has nothing of it", "take the burst again");
   }
+  if (!it->whole()) {
+    fail(what + ": the rig was off meanwhile, and has a part of it (" + it->why() + ")",
+         after_a_cut());
+  }
+  burst->frame_count = it->frames_held();
+  take_ending(ending(*burst), burst);
 }
 
 Burst LinkClient::held_burst() {
-  const v1::Status now = status();
-  if (now.frames_held() == 0) fail("holds no photographs", "run a burst");
-  Burst burst;
-  burst.id = now.burst_id();
-  burst.frame_count = now.frames_held();
-  return burst;
+  const uint64_t newest = status().burst_id();
+  for (const v1::HeldBurst& held : this->held()) {
+    if (held.burst_id() == newest && held.frames_held() > 0) return burst_of(this, held);
+  }
+  fail("holds no photographs", "run a burst");
 }
 
 std::vector<v1::FrameOffer> LinkClient::offers(const Burst& burst) {
+  v1::BurstDone done;
+  return list(burst, &done);
+}
+
+v1::BurstDone LinkClient::ending(const Burst& burst) {
+  v1::BurstDone done;
+  list(burst, &done);
+  return done;
+}
+
+std::vector<v1::FrameOffer> LinkClient::list(const Burst& burst, v1::BurstDone* done) {
   std::vector<v1::FrameOffer> offers;
-  persist({[&] { return list_offers(burst, &offers); }, [] { return size_t(0); },
+  persist({[&] { return list_offers(burst, &offers, done); }, [] { return size_t(0); },
            [&] {
              return "link cut in the list of photographs, after " + number(offers.size()) + " of " +
                     number(burst.frame_count);
-           }});
+           },
+           after_a_cut()});
   return offers;
 }
 
-Break LinkClient::list_offers(const Burst& burst, std::vector<v1::FrameOffer>* offers) {
+Break LinkClient::list_offers(const Burst& burst, std::vector<v1::FrameOffer>* offers,
+                              v1::BurstDone* done) {
   offers->clear();
   v1::Request request;
   request.mutable_frames()->set_burst_id(burst.id);
@@ -276,6 +250,7 @@ Break LinkClient::list_offers(const Burst& burst, std::vector<v1::FrameOffer>* o
     offers->push_back(reply.frame());
     if (Break broken = next_answer(&reply)) return broken;
   }
+  *done = reply.done();
   return {};
 }
 
@@ -316,7 +291,8 @@ void LinkClient::fetch(Blob* blob) {
            [&] {
              const std::string total = blob->total ? " of " + number(blob->total) : "";
              return "link cut in " + blob->name + " at byte " + number(blob->bytes.size()) + total;
-           }});
+           },
+           after_a_cut()});
 }
 
 Break LinkClient::continue_blob(Blob* blob) {
@@ -376,7 +352,8 @@ Break LinkClient::next_chunk(Blob* blob, uint32_t sequence) {
 v1::TimingEdges LinkClient::timing(const Burst& burst) {
   v1::TimingEdges timing;
   persist({[&] { return more_edges(burst, &timing); }, [&] { return size_t(timing.edges_size()); },
-           [&] { return "link cut in the timing, after edge " + number(timing.edges_size()); }});
+           [&] { return "link cut in the timing, after edge " + number(timing.edges_size()); },
+           after_a_cut()});
   return timing;
 }
 
@@ -429,7 +406,8 @@ void LinkClient::release(uint64_t burst_id) {
 std::vector<v1::HeldBurst> LinkClient::held() {
   std::vector<v1::HeldBurst> held;
   persist({[&] { return list_held(&held); }, [] { return size_t(0); },
-           [&] { return "link cut in the list of bursts, after " + number(held.size()); }});
+           [&] { return "link cut in the list of bursts, after " + number(held.size()); },
+           kCheckLink});
   return held;
 }
 

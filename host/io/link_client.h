@@ -25,11 +25,13 @@ struct LinkOptions {
   double backoff_s = 0.1;             // before the first retry; doubled for each one after it
   std::function<bool()> interrupted;  // true: give up at once
   std::optional<TlsOptions> tls;      // none: in the clear (paired_link.h says which)
+  bool outlives_us = true;            // false: a simulated rig that ends with this program
 };
 
 class LinkClient : public BurstSource {
  public:
-  // Connects and greets. `address` is HOST:PORT.
+  // Connects and greets. `address` is HOST:PORT; one that cannot be any is an Error (kBadInput), a
+  // name that nobody knows too.
   explicit LinkClient(std::string address, LinkOptions options = {});
 
   const v1::Welcome& welcome() const { return welcome_; }
@@ -53,10 +55,11 @@ class LinkClient : public BurstSource {
   Burst run_burst(const std::string& subject, bool discard_held = false,
                   bool flashing_confirmed = false);
 
-  // The burst whose photographs the rig still holds, as far as it is known.
+  // The newest burst, of which photographs are still held.
   Burst held_burst();
 
   std::vector<v1::FrameOffer> offers(const Burst& burst) override;
+  v1::BurstDone ending(const Burst& burst) override;
   std::vector<uint8_t> photograph(const v1::FrameOffer& offer) override;
   v1::TimingEdges timing(const Burst& burst) override;
 
@@ -79,6 +82,7 @@ class LinkClient : public BurstSource {
     std::function<Break()> attempt;         // goes on from where it is
     std::function<size_t()> reached;        // bytes or items so far
     std::function<std::string()> position;  // the same in words, for when it ends there
+    std::string remedy;                     // and what to do then
   };
 
   // Attempts over new connections until one succeeds, or `retries` in a row got no further.
@@ -94,21 +98,25 @@ class LinkClient : public BurstSource {
   Break ask(v1::Request* request, v1::Reply* reply);
   v1::Reply asked(const std::string& what, v1::Request request);
   Break list_held(std::vector<v1::HeldBurst>* held);
+  std::string after_a_cut() const;
   Break await_done(Burst* burst);
-  void await_idle(Burst* burst);
-  Break list_offers(const Burst& burst, std::vector<v1::FrameOffer>* offers);
+  void await_idle(const std::string& cut, Burst* burst);
+  std::vector<v1::FrameOffer> list(const Burst& burst, v1::BurstDone* done);
+  Break list_offers(const Burst& burst, std::vector<v1::FrameOffer>* offers, v1::BurstDone* done);
   void fetch(Blob* blob);
   Break continue_blob(Blob* blob);
   Break receive_chunk(ChunkView* chunk, v1::Reply* reply);
   Break next_chunk(Blob* blob, uint32_t sequence);
   Break more_edges(const Burst& burst, v1::TimingEdges* timing);
   [[noreturn]] void fail(const std::string& problem, const std::string& remedy = "") const;
+  [[noreturn]] void fail_to_connect(const std::string& broken) const;
 
   std::string address_;
   LinkOptions options_;
   Socket socket_;
   v1::Welcome welcome_;
   uint32_t request_id_ = 0;
+  bool reached_ = false;     // the last connection was made, whatever answered there
   bool forgetting_ = false;  // what the rig has forgotten already it need not forget
 };
 

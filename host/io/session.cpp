@@ -10,6 +10,7 @@
 #include "io/json.h"
 #include "io/labels.h"
 #include "io/rig_message.h"
+#include "io/shortfall.h"
 
 namespace lamella {
 
@@ -216,9 +217,11 @@ void require(const Session& s, Role role, int index, Analyser analyser) {
   if (s.find("left", role, index, analyser)) return;
   std::string name = role_name(role);
   if (role == Role::kFringe || role == Role::kStripes) name += " " + std::to_string(index);
+  const std::string shortfall = read_shortfall(s.path);
   throw_bad_input(field(s, "frames"),
                   "no " + name + " " + analyser_name(analyser) + " of the left camera",
-                  "a burst needs all twenty");
+                  shortfall.empty() ? "a burst needs all twenty"
+                                    : "the rig says: " + shortfall + "; take the burst again");
 }
 
 }  // namespace

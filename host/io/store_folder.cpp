@@ -123,6 +123,7 @@ void StoreFolder::read_burst(uint64_t id, const fs::path& folder) {
   if (read_record(folder / "begin", &begin) && begin.burst_id() == id) {
     about.set_begun_unix_us(begin.begun_unix_us());
     about.set_frames_expected(begin.frames_expected());
+    about.set_flashing_confirmed(begin.flashing_confirmed());
   }
   std::vector<uint32_t> there;
   size_t damaged = 0;
@@ -182,6 +183,12 @@ std::vector<v1::FrameOffer> StoreFolder::offers(const Burst& burst) {
   std::vector<v1::FrameOffer> offers;
   for (const auto& [id, offer] : found(burst.id).frames) offers.push_back(offer);
   return offers;
+}
+
+v1::BurstDone StoreFolder::ending(const Burst& burst) {
+  v1::BurstEnd end;
+  const bool ended = read_record(found(burst.id).folder / "end", &end);
+  return ended && end.burst_id() == burst.id ? end.done() : v1::BurstDone();
 }
 
 std::vector<uint8_t> StoreFolder::photograph(const v1::FrameOffer& offer) {

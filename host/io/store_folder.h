@@ -20,6 +20,7 @@ class StoreFolder : public BurstSource {
   std::vector<v1::HeldBurst> held() override;
   std::string calibration(const Burst& burst) override;
   std::vector<v1::FrameOffer> offers(const Burst& burst) override;
+  v1::BurstDone ending(const Burst& burst) override;
   std::vector<uint8_t> photograph(const v1::FrameOffer& offer) override;
   v1::TimingEdges timing(const Burst& burst) override;
 

@@ -145,11 +145,11 @@ Tls::Progress Tls::judge(int result) {
   const unsigned long error = ERR_peek_error();
   const char* words = error ? ERR_reason_error_string(error) : nullptr;
   reason_ = words ? words : "connection closed";
-  // The rig's alerts, in the words of what they mean here.
-  if (error && ERR_GET_REASON(error) == SSL_R_SSLV3_ALERT_BAD_CERTIFICATE) {
-    reason_ = "it is not paired with this host";
-  }
-  if (refused_peer_) reason_ = "its key is not that of a rig that this host is paired with";
+  // In the words of what it means here.
+  const int reason = error ? ERR_GET_REASON(error) : 0;
+  if (reason == SSL_R_SSLV3_ALERT_BAD_CERTIFICATE) reason_ = kNotPaired;
+  if (reason == SSL_R_WRONG_VERSION_NUMBER) reason_ = kAnswersInTheClear;
+  if (refused_peer_) reason_ = kAnotherKey;
   return Progress::kClosed;
 }
 

@@ -17,6 +17,11 @@ namespace lamella {
 inline constexpr char kBurstProtocol[] = "lamella/1";
 inline constexpr char kPairProtocol[] = "lamella-pair/1";
 
+// Why a handshake failed, where somebody knows what to do about it.
+inline constexpr char kAnswersInTheClear[] = "it answers in the clear, and was spoken to in TLS";
+inline constexpr char kNotPaired[] = "it is not paired with this host";
+inline constexpr char kAnotherKey[] = "its key is not that of a rig that this host is paired with";
+
 struct TlsOptions {
   std::shared_ptr<const Identity> identity;
   std::string protocol = kBurstProtocol;            // ALPN

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <cstring>
 #include <memory>
 #include <utility>
@@ -47,15 +48,56 @@ struct HostPort {
   std::string host, port;
 };
 
-std::optional<HostPort> split_address(const std::string& address) {
+// Of an address without fault.
+HostPort split_address(const std::string& address) {
   const size_t colon = address.rfind(':');
-  if (colon == std::string::npos || colon == 0 || colon + 1 == address.size()) return {};
   std::string host = address.substr(0, colon);
   if (host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
-  return HostPort{host, address.substr(colon + 1)};
+  return {host, address.substr(colon + 1)};
 }
 
+bool is_port(const std::string& text) {
+  unsigned port = 0;
+  const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), port);
+  return failure == std::errc() && end == text.data() + text.size() && port >= 1 && port <= 65535;
+}
+
+using Addresses = std::unique_ptr<addrinfo, decltype(&freeaddrinfo)>;
+
+int look_up(const std::string& address, Addresses* found) {
+  const HostPort target = split_address(address);
+  addrinfo hints{};
+  hints.ai_socktype = SOCK_STREAM;
+  addrinfo* first = nullptr;
+  const int error = getaddrinfo(target.host.c_str(), target.port.c_str(), &hints, &first);
+  found->reset(error == 0 ? first : nullptr);
+  return error;
+}
+
+// A TLS alert where a message's length is due: as a length it is far over the limit.
+bool is_tls_alert(const uint8_t* prefix) { return prefix[0] == 0x15 && prefix[1] == 0x03; }
+
 }  // namespace
+
+std::optional<std::string> address_fault(const std::string& address) {
+  const size_t colon = address.rfind(':');
+  const std::string host = address.substr(0, colon);
+  if (colon == std::string::npos || colon + 1 == address.size() || host.ends_with(':')) {
+    return "\"" + address + "\" names no port: give HOST:PORT";
+  }
+  if (host.empty() || host == "[]") return "\"" + address + "\" names no host: give HOST:PORT";
+  if (host.front() != '[' && host.find(':') != std::string::npos) {
+    return "\"" + address + "\" has two colons: an IPv6 address is given as [HOST]:PORT";
+  }
+  const std::string port = address.substr(colon + 1);
+  if (!is_port(port)) return "\"" + port + "\" is no port: 1 to 65535, as in HOST:PORT";
+  return {};
+}
+
+bool names_a_host(const std::string& address) {
+  Addresses found(nullptr, freeaddrinfo);
+  return look_up(address, &found) != EAI_NONAME;
+}
 
 Deadline deadline_in(double seconds) {
   return steady_clock::now() +
@@ -207,6 +249,7 @@ Break Socket::receive(std::span<const uint8_t>* message, Deadline deadline) {
   if (Break broken = fill(kPrefixBytes, deadline)) return broken;
   const uint32_t size = get_length(buffer_.data() + begin_);
   if (size == 0) return "announced a message of no bytes";
+  if (!tls_ && is_tls_alert(buffer_.data() + begin_)) return kAnswersInTls;
   if (size > kMaxWireBytes) {
     return "announced a message of " + std::to_string(size) + " bytes, over the limit of 65536";
   }
@@ -225,16 +268,13 @@ Break Socket::receive(google::protobuf::MessageLite* message, Deadline deadline)
 }
 
 Break Socket::connect_tcp(const std::string& address, Deadline deadline) {
-  const std::optional<HostPort> target = split_address(address);
-  if (!target) return "not an address of the form HOST:PORT";
-  addrinfo hints{};
-  hints.ai_socktype = SOCK_STREAM;
-  addrinfo* found = nullptr;
-  const int error = getaddrinfo(target->host.c_str(), target->port.c_str(), &hints, &found);
-  if (error != 0) return std::string(gai_strerror(error));
-  const std::unique_ptr<addrinfo, decltype(&freeaddrinfo)> owned(found, freeaddrinfo);
-  Break broken = "no such host";
-  for (const addrinfo* a = found; a; a = a->ai_next) {
+  if (const auto fault = address_fault(address)) return *fault;
+  Addresses owned(nullptr, freeaddrinfo);
+  const int error = look_up(address, &owned);
+  if (error == EAI_NONAME) return kNoSuchHost;
+  if (error != 0) return "looking up its name: " + std::string(gai_strerror(error));
+  Break broken = kNoSuchHost;
+  for (const addrinfo* a = owned.get(); a; a = a->ai_next) {
     fd_ = ::socket(a->ai_family, a->ai_socktype | SOCK_NONBLOCK | SOCK_CLOEXEC, a->ai_protocol);
     if (fd_ < 0) return failed("socket");
     broken = {};

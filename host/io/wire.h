@@ -28,6 +28,17 @@ Deadline deadline_in(double seconds);
 // Why a connection is of no more use, in words; nullopt: all is well.
 using Break = std::optional<std::string>;
 
+// Two of them that say what to do: the name is mistyped, or the other end speaks TLS and we do not.
+inline constexpr char kNoSuchHost[] = "no such host";
+inline constexpr char kAnswersInTls[] = "it answers in TLS, and was spoken to in the clear";
+
+// What is wrong with an address that is to be HOST:PORT or [HOST]:PORT; nullopt: nothing.
+std::optional<std::string> address_fault(const std::string& address);
+
+// False where an address without fault names a host that nobody knows; a name server that does not
+// answer says nothing of that.
+bool names_a_host(const std::string& address);
+
 class Socket {
  public:
   Socket() = default;

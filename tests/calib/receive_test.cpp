@@ -8,6 +8,7 @@
 #include "io/fake_session.h"
 #include "io/json.h"
 #include "io/session.h"
+#include "io/shortfall.h"
 #include "io/whole_file.h"
 
 namespace lamella {
@@ -123,6 +124,26 @@ TEST_F(Receive, RefusesABurstThatLacksARole) {
   FakeRig rig;
   load_burst(&rig, kSize, {v1::Frame::DOTS});
   EXPECT_NE(failure(rig).find("no DOTS CROSS of the left camera"), std::string::npos);
+}
+
+TEST_F(Receive, ABurstThatTheRigItselfSaysLacksAPhotographArrivesWithThatReason) {
+  FakeRigFaults faults;
+  faults.lacks = true;
+  FakeRig rig(faults);
+  load_burst(&rig, kSize, {v1::Frame::DOTS});
+  const Reception reception = receive(rig);
+  EXPECT_NE(reception.unfit.find("no DOTS CROSS of the left camera"), std::string::npos);
+  const Session session = read_session(folder_.path());
+  EXPECT_EQ(read_shortfall(folder_.path()), "MARKED: step 7 dropped by a camera");
+  EXPECT_EQ(session.frames.size(), 38u);
+  try {
+    require_burst(session);
+    FAIL() << "it was called a whole burst";
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("step 7 dropped by a camera; take the burst again"),
+              std::string::npos)
+        << e.what();
+  }
 }
 
 TEST_F(Receive, RefusesACalibrationOfOtherPatternsThanTheRigShows) {

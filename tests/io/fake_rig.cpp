@@ -135,7 +135,7 @@ std::set<uint32_t> FakeRig::acknowledged() const {
 }
 
 void FakeRig::serve() {
-  while (!stopping_) {
+  while (!stopping_ && !dead_) {
     pollfd entry{listener_, POLLIN, 0};
     if (poll(&entry, 1, 20) <= 0) continue;
     const int fd = accept(listener_, nullptr, nullptr);
@@ -143,6 +143,7 @@ void FakeRig::serve() {
     ++connections_;
     converse(Socket(fd), fd);
   }
+  shutdown(listener_, SHUT_RDWR);  // who connects now is refused
 }
 
 void FakeRig::converse(Socket socket, int fd) {
@@ -165,6 +166,10 @@ void FakeRig::answer(const v1::Request& request, Socket* socket, int fd) {
   v1::Reply reply;
   switch (request.body_case()) {
     case v1::Request::kHello:
+      if (faults_.is_busy) {
+        reply.mutable_refusal()->set_code(v1::Refusal::WRONG_STATE);
+        return say(request, reply, socket);
+      }
       *reply.mutable_welcome() = welcome_;
       reply.mutable_welcome()->set_protocol_version(faults_.protocol_version);
       return say(request, reply, socket);
@@ -187,7 +192,7 @@ void FakeRig::answer(const v1::Request& request, Socket* socket, int fd) {
         if (faults_.wrong_frame_crc) reply.mutable_frame()->set_crc32c(p.offer.crc32c() ^ 1);
         say(request, reply, socket);
       }
-      reply.mutable_done()->set_burst_id(kBurstId);
+      *reply.mutable_done() = ending();
       return say(request, reply, socket);
     case v1::Request::kBlob:
       return answer_blob(request, socket, fd);
@@ -218,10 +223,24 @@ void FakeRig::answer_burst(const v1::Request& request, Socket* socket) {
   reply.mutable_accepted()->set_step_count(uint32_t(photographs_.size()));
   reply.mutable_accepted()->set_planned_us(1e6);
   say(request, reply, socket);
+  held_.emplace();
+  held_->set_burst_id(kBurstId);
+  held_->set_whole(faults_.off_during_burst.empty());
+  held_->set_why(faults_.off_during_burst);
+  held_->set_frames_held(uint32_t(photographs_.size()));
+  dead_ = faults_.dies_in_burst;
   if (faults_.cut_during_burst) return socket->close();
-  reply.mutable_done()->set_burst_id(kBurstId);
-  reply.mutable_done()->set_frame_count(uint32_t(photographs_.size()));
+  *reply.mutable_done() = ending();
   say(request, reply, socket);
+}
+
+v1::BurstDone FakeRig::ending() const {
+  v1::BurstDone done;
+  done.set_burst_id(kBurstId);
+  done.set_frame_count(uint32_t(photographs_.size()));
+  done.set_marked(faults_.lacks);
+  if (faults_.lacks) done.set_verdict("MARKED: step 7 dropped by a camera");
+  return done;
 }
 
 const FakePhotograph* FakeRig::find(uint32_t frame_id) const {

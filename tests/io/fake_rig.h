@@ -33,7 +33,11 @@ struct FakeRigFaults {
   int overlong_lengths = 0;        // so many chunks announce 1 GB
   bool wrong_frame_crc = false;    // every photograph's own CRC is wrong
   bool cut_during_burst = false;   // the connection breaks, the burst goes on
+  std::string off_during_burst;    // the rig too is off meanwhile, and says this of what is left
+  bool dies_in_burst = false;      // it does not come back
+  bool lacks = false;              // what is added is all of the burst: a photograph was lost
   bool refuses_burst = false;
+  bool is_busy = false;
   double reply_delay_s = 0;
   bool stands_in_fault = false;  // until an Abort
 };
@@ -58,6 +62,7 @@ class FakeRig {
   bool holds_burst() const;
 
  private:
+  v1::BurstDone ending() const;
   void serve();
   void converse(Socket socket, int fd);
   void answer(const v1::Request& request, Socket* socket, int fd);
@@ -78,6 +83,7 @@ class FakeRig {
   int port_ = 0;
   std::atomic<int> connections_{0};
   std::atomic<bool> stopping_{false};
+  bool dead_ = false;         // of the serving thread
   mutable std::mutex mutex_;  // held while a request is answered, and by whoever loads the rig
   std::set<uint32_t> acknowledged_;
   std::map<uint32_t, std::vector<uint32_t>> offsets_;

@@ -153,6 +153,15 @@ TEST(LinkClient, SaysWhereNoRigAnswers) {
   EXPECT_TRUE(says(line, "no rig answers"));
 }
 
+TEST(LinkClient, SaysOfABusyRigThatItIsBusyAndNotThatNoneAnswers) {
+  FakeRigFaults faults;
+  faults.is_busy = true;
+  FakeRig rig(faults);
+  const std::string line = failure([&] { LinkClient(rig.address(), quick()); });
+  EXPECT_TRUE(says(line, "busy with another host"));
+  EXPECT_FALSE(says(line, "no rig answers"));
+}
+
 TEST(LinkClient, TellsBothProtocolVersionsWhereTheyDisagree) {
   FakeRigFaults faults;
   faults.protocol_version = 7;
@@ -180,6 +189,47 @@ TEST(LinkClient, FindsTheBurstAgainWhenTheLinkBreaksDuringIt) {
   const Burst burst = client.run_burst("sphere");
   EXPECT_EQ(burst.frame_count, 2u);
   EXPECT_EQ(client.offers(burst).size(), 2u);
+}
+
+TEST(LinkClient, OfARigThatWasOffDuringTheBurstSaysWhatIsLeftAndHowToHaveIt) {
+  FakeRigFaults faults;
+  faults.cut_during_burst = true;
+  faults.off_during_burst = "13 of 40 photographs are whole";
+  FakeRig rig(faults);
+  load(&rig, 2);
+  LinkClient client(rig.address(), quick());
+  const std::string line = failure([&] { client.run_burst("sphere"); });
+  EXPECT_TRUE(says(line, "link cut during burst 42"));
+  EXPECT_TRUE(says(line, "13 of 40 photographs are whole"));
+  EXPECT_TRUE(says(line, "lamella rig recover --rig " + rig.address()));
+  EXPECT_TRUE(says(line, "lamella rig sync --rig " + rig.address()));
+}
+
+TEST(LinkClient, OfARigThatStaysAwaySaysThatTheLinkWasCutInTheBurst) {
+  FakeRigFaults faults;
+  faults.cut_during_burst = faults.dies_in_burst = true;
+  FakeRig rig(faults);
+  load(&rig, 2);
+  LinkOptions options = quick();
+  options.retries = 2;
+  LinkClient client(rig.address(), options);
+  const std::string line = failure([&] { client.run_burst("sphere"); });
+  EXPECT_TRUE(says(line, "link cut during burst 42 (connection closed), and not mended"));
+  EXPECT_TRUE(says(line, "lamella rig recover --rig " + rig.address()));
+}
+
+TEST(LinkClient, OfASimulatedRigThatDiedNobodyIsSentLookingForItsBurst) {
+  FakeRigFaults faults;
+  faults.cut_during_burst = faults.dies_in_burst = true;
+  FakeRig rig(faults);
+  load(&rig, 1);
+  LinkOptions options = quick();
+  options.retries = 1;
+  options.outlives_us = false;
+  LinkClient client(rig.address(), options);
+  const std::string line = failure([&] { client.run_burst("sphere"); });
+  EXPECT_TRUE(says(line, "the simulated rig is gone"));
+  EXPECT_FALSE(says(line, "rig sync"));
 }
 
 TEST(LinkClient, GivesUpOnARigThatDawdles) {

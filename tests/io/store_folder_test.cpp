@@ -18,7 +18,7 @@ using testing::ScratchFolder;
 
 constexpr size_t kBytes = 500;
 
-Burst burst_of(uint64_t id) {
+Burst numbered(uint64_t id) {
   Burst burst;
   burst.id = id;
   return burst;
@@ -35,11 +35,12 @@ TEST(StoreFolder, ReadsAWholeBurstThatTheFirmwareWrote) {
   EXPECT_EQ(held[0].frames_held(), 40u);
   EXPECT_EQ(held[0].bytes_held(), 40 * kBytes);
   EXPECT_GT(held[0].begun_unix_us(), 0);
-  const auto offers = folder.offers(burst_of(id));
+  EXPECT_TRUE(held[0].flashing_confirmed());
+  const auto offers = folder.offers(numbered(id));
   ASSERT_EQ(offers.size(), 40u);
   EXPECT_EQ(folder.photograph(offers[7]), std::vector<uint8_t>(kBytes, 7));
-  EXPECT_EQ(folder.calibration(burst_of(id)), "{}");
-  const v1::TimingEdges timing = folder.timing(burst_of(id));
+  EXPECT_EQ(folder.calibration(numbered(id)), "{}");
+  const v1::TimingEdges timing = folder.timing(numbered(id));
   ASSERT_EQ(timing.edges_size(), 100);
   EXPECT_EQ(timing.edges(99).planned_us(), 99);
   EXPECT_EQ(timing.zero_us(), 5);
@@ -54,6 +55,10 @@ TEST(StoreFolder, ExplainsABurstThatEndedInAFault) {
   EXPECT_EQ(burst.why(), "a camera missed a trigger; 5 of 5 photographs are whole");
   EXPECT_EQ(burst.frames_held(), 3u);
   EXPECT_EQ(burst.frames_acknowledged(), 2u);
+  EXPECT_FALSE(burst.flashing_confirmed());
+  const Burst fetched = burst_of(&folder, burst);
+  EXPECT_EQ(fetched.shortfall, burst.why());
+  EXPECT_EQ(fetched.frame_count, 3u);
 }
 
 // Each file cut short, spoilt or taken away: both say partial, or both say whole.
@@ -89,7 +94,7 @@ TEST(StoreFolder, FindsADamagedPhotographInABurstThatIsNamedWhole) {
   EXPECT_EQ(folder.held().at(0).why(),
             "the burst ended well, but its disk lost some of it since; 4 of 5 photographs are "
             "whole, 1 damaged");
-  EXPECT_EQ(folder.offers(burst_of(1)).size(), 4u);
+  EXPECT_EQ(folder.offers(numbered(1)).size(), 4u);
 }
 
 TEST(StoreFolder, RefusesAFolderThatNoRigWrote) {

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 #include "base/error.h"
 #include "io/crc32c.h"
@@ -133,6 +134,61 @@ TEST_F(Wire, TransferGoesOnAtAnyByteThatTheLineIsCutAt) {
     EXPECT_EQ(client.photograph(offers[3]), whole) << cut;
     EXPECT_EQ(proxy.connections(), before + 3) << cut;
   }
+}
+
+TEST_F(Wire, EachEndThatIsInTheClearWhereTheOtherIsInTlsIsToldWhichAndWhatToDo) {
+  pair_by_hand(*identity("host"));
+  RigUnderTest in_tls(arguments());
+  LinkOptions clear = link("host", rig_key());
+  clear.tls.reset();
+  const std::string of_tls = failure([&] { LinkClient(in_tls.address(), clear); });
+  EXPECT_TRUE(says(of_tls, "it answers in TLS, and was spoken to in the clear"));
+  EXPECT_TRUE(says(of_tls, "lamella rig pair --rig " + in_tls.address()));
+  RigUnderTest in_the_clear({"--twin", twin.path(), "--calibration", folder / "calibration.json",
+                             "--listen", "127.0.0.1:0"});
+  const std::string of_clear =
+      failure([&] { LinkClient(in_the_clear.address(), link("host", rig_key())); });
+  EXPECT_TRUE(says(of_clear, "it answers in the clear, and was spoken to in TLS"));
+  EXPECT_TRUE(says(of_clear, "start its lamella-rigd with --state"));
+}
+
+TEST_F(Wire, APairedHostThatSaysNothingIsPutOutSoThatOthersGetIn) {
+  pair_by_hand(*identity("host"));
+  RigUnderTest rigd(arguments());
+  Socket silent;
+  ASSERT_FALSE(silent.connect_tcp(rigd.address(), deadline_in(5)));
+  ASSERT_FALSE(silent.start_tls(*link("host", rig_key()).tls, deadline_in(5)));
+  LinkClient client(rigd.address(), link("host", rig_key()));
+  EXPECT_EQ(client.status().state(), v1::IDLE);
+  v1::Reply reply;
+  ASSERT_FALSE(silent.receive(&reply, deadline_in(5)));
+  EXPECT_EQ(reply.refusal().reason(), "a host says hello within 2 s");
+}
+
+TEST_F(Wire, ADaemonKilledInMidBurstIsACutLinkAndItsPartOfTheBurstIsNamed) {
+  pair_by_hand(*identity("host"));
+  const testing::TestTwin slow(3000);  // photographs of 2 MB
+  const fs::path store = folder / "store";
+  fs::create_directory(store);
+  const std::vector<std::string> more{"--twin", slow.path(), "--store", store};
+  RigUnderTest first(arguments(more));
+  const std::string address = first.address();
+  LinkOptions patient = link("host", rig_key());
+  patient.backoff_s = 0.1;
+  LinkClient client(address, patient);
+  std::unique_ptr<RigUnderTest> second;
+  std::thread power([&] {
+    while (!fs::exists(store / "burst-000001.partial" / "frame-05.record")) usleep(1000);
+    first.kill();
+    std::vector<std::string> again = more;
+    again.insert(again.end(), {"--listen", address});
+    second = std::make_unique<RigUnderTest>(arguments(again));
+  });
+  const std::string line = failure([&] { client.run_burst("sphere", false, true); });
+  power.join();
+  EXPECT_TRUE(says(line, "link cut during burst 1 ("));
+  EXPECT_TRUE(says(line, "the rig was off meanwhile, and has a part of it (power or the daemon"));
+  EXPECT_TRUE(says(line, "lamella rig sync --rig " + address));
 }
 
 TEST_F(Wire, HostThatIsNotPairedGetsAnAlertAndNothingElse) {

@@ -1,5 +1,7 @@
 #include "rig_process.h"
 
+#include <csignal>
+
 #include "fake_twin.h"
 #include "test_host.h"
 
@@ -33,6 +35,11 @@ int RigUnderTest::port() {
 }
 
 pid_t RigUnderTest::pid() const { return inside_->process.pid(); }
+
+void RigUnderTest::kill() {
+  inside_->process.signal(SIGKILL);
+  inside_->process.exit_code();
+}
 
 std::string RigUnderTest::error_line(const std::string& part) {
   return inside_->process.error_line(part);

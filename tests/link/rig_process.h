@@ -31,6 +31,7 @@ class RigUnderTest {
   int port();
   std::string address() { return "127.0.0.1:" + std::to_string(port()); }
   pid_t pid() const;
+  void kill();  // as a power cut does
   // Waits for a line on its stderr that has this in it.
   std::string error_line(const std::string& part);
 
