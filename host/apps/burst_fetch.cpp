@@ -54,20 +54,12 @@ fs::path place_for(const fs::path& out, const v1::HeldBurst& held,
   }
 }
 
-// Photographs that were acknowledged before are elsewhere: what is left is no whole burst.
-Extent extent_of(const v1::HeldBurst& held) {
-  return held.whole() && held.frames_acknowledged() == 0 ? Extent::kWholeBurst
-                                                         : Extent::kWhatIsThere;
-}
-
 }  // namespace
 
 FetchedBurst fetch_burst(BurstSource* source, const v1::HeldBurst& held, const fs::path& out) {
   FetchedBurst fetched;
   fetched.held = held;
-  Burst burst;
-  burst.id = held.burst_id();
-  burst.frame_count = held.frames_held();
+  const Burst burst = burst_of(source, held);
   fetched.offers = source->offers(burst);
   if (fetched.offers.empty()) return fetched;
   fetched.folder = place_for(out, held, fetched.offers);
@@ -76,11 +68,12 @@ FetchedBurst fetch_burst(BurstSource* source, const v1::HeldBurst& held, const f
   WholeFolder folder(fetched.folder);
   const std::string title = fmt::format("burst {}", held.burst_id());
   Progress progress(title.c_str(), int(held.frames_held()));
-  const Reception reception = receive_session(
-      source, burst, folder.path(), [&](int n) { progress.advance(n); }, extent_of(held));
+  const Reception reception =
+      receive_session(source, burst, folder.path(), [&](int n) { progress.advance(n); });
   write_whole_text(folder.path() / kNote, note_of(held, reception.offers));
   fetched.offers = reception.offers;
-  fetched.marked = !reception.marked.empty();
+  fetched.marked = burst.marked || !reception.marked.empty();
+  fetched.unfit = reception.unfit;
   folder.commit();
   sync_to_disk(fetched.folder);
   return fetched;

@@ -13,7 +13,8 @@ struct FetchedBurst {
   v1::HeldBurst held;
   fs::path folder;         // empty: nothing of it was whole
   bool was_there = false;  // an earlier run had brought it and was cut off before it said so
-  bool marked = false;     // an edge came late, a frame is to be retaken
+  bool marked = false;     // a photograph is bad or missing, and was not retaken
+  std::string unfit;       // why it cannot be fitted; empty: it can, or was there
   std::vector<v1::FrameOffer> offers;
 };
 

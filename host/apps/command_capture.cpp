@@ -8,6 +8,7 @@
 #include "apps/commands.h"
 #include "apps/process_rig.h"
 #include "apps/report.h"
+#include "apps/rig_option.h"
 #include "base/error.h"
 #include "base/progress.h"
 #include "calib/receive.h"
@@ -68,6 +69,8 @@ void print_report(const Options& options, const Burst& burst, const Reception& r
                                          {"largest_edge_error_us", s.largest_edge_error_us},
                                          {"late_edges", burst.late_edges},
                                          {"marked", reception.marked},
+                                         {"shortfall", burst.shortfall},
+                                         {"unfit", reception.unfit},
                                          {"retaken", reception.retaken},
                                          {"verdict", burst.verdict},
                                          {"transfer_s", reception.transfer_s},
@@ -90,6 +93,10 @@ void print_table(const Options& options, const Burst& burst, const Reception& re
   }
   for (const std::string& frame : reception.marked) fmt::print("  to be retaken: {}\n", frame);
   if (!burst.verdict.empty()) fmt::print("  verdict      {}\n", burst.verdict);
+  if (!burst.shortfall.empty() && burst.shortfall != burst.verdict) {
+    fmt::print("  partial      {}\n", burst.shortfall);
+  }
+  if (!reception.unfit.empty()) fmt::print("  not to fit   {}\n", reception.unfit);
 }
 
 // What the twin knows becomes the session's regions.png; the maps already lie in truth/.
@@ -113,6 +120,7 @@ LinkOptions link_options(const Options& options) {
   link.interrupted = interrupted;
   if (options.rig == "sim") {
     link.burst_margin_s = kSimulatedMargin_s;
+    link.outlives_us = false;
   } else {
     link.tls = tls_for(options.rig, config_folder());
   }
@@ -141,7 +149,7 @@ int capture_from(const std::string& address, const Options& options, WholeFolder
   } else {
     print_table(options, burst, reception);
   }
-  return burst.marked || !reception.marked.empty() ? 1 : 0;
+  return burst.shortfall.empty() && reception.marked.empty() ? 0 : 1;
 }
 
 int capture_simulated(Options options, WholeFolder* folder) {
@@ -157,10 +165,6 @@ int capture_simulated(Options options, WholeFolder* folder) {
 }
 
 int capture(const Options& options) {
-  const size_t colon = options.rig.rfind(':');
-  if (options.rig != "sim" && (colon == std::string::npos || colon + 1 == options.rig.size())) {
-    throw_bad_input("--rig", "\"" + options.rig + "\"", "give sim, or the rig's HOST:PORT");
-  }
   if (!options.replace && fs::exists(options.out / "session.json")) {
     throw_bad_input(options.out.string(), "holds a session already",
                     "give another --out, or --replace to lose that one, its fit included");
@@ -178,7 +182,9 @@ void add_capture(CLI::App& app, int* exit_code) {
   CLI::App* command = app.add_subcommand("capture", "Run a burst on a rig and receive it");
   auto options = std::make_shared<Options>();
   SimulatedRigOptions* simulated = &options->simulated;
-  command->add_option("--rig", options->rig, "sim, or HOST:PORT of a rig")->capture_default_str();
+  command->add_option("--rig", options->rig, "sim, or HOST:PORT of a rig")
+      ->check(rig_address(Simulated::kToo))
+      ->capture_default_str();
   command->add_option("--out", options->out, "Folder of the new session")->required();
   command->add_option("--subject", simulated->subject, "Name; for sim: head or sphere")
       ->capture_default_str();

@@ -8,9 +8,11 @@
 #include <set>
 
 #include "apps/commands.h"
+#include "apps/counted.h"
 #include "apps/plan_chart.h"
 #include "apps/process_rig.h"
 #include "apps/report.h"
+#include "apps/rig_option.h"
 #include "base/error.h"
 #include "io/link_client.h"
 #include "io/paired_link.h"
@@ -69,10 +71,8 @@ void print_table(const v1::Plan& plan, const std::string& rig) {
              b.junction_c(), b.flashes_per_s());
   fmt::print("  photographs {:.0f} MB, of which {:.0f} MB are in memory at the end\n",
              b.frames_bytes() * 1e-6, b.memory_bytes() * 1e-6);
-  fmt::print(
-      "  an eye that looks into an LED: {:.0f} J/m2sr of blue light, so at most {:.0f} bursts a "
-      "day\n",
-      b.blue_j_per_m2_sr(), b.bursts_per_day());
+  fmt::print("  an eye that looks into an LED: {:.0f} J/m2sr of blue light, so at most {} a day\n",
+             b.blue_j_per_m2_sr(), counted(uint64_t(b.bursts_per_day()), "burst"));
 }
 
 void print_plan_json(const v1::Plan& plan, const std::string& rig) {
@@ -159,10 +159,15 @@ void print_status(const LinkClient& client, const v1::Status& status, const RigA
   fmt::print("  firmware {}, {} hardware, {} LEDs, {} cameras\n",
              client.welcome().firmware_version(), client.welcome().hal(),
              client.welcome().led_count(), client.welcome().camera_count());
-  fmt::print("  waits end {:.1f} us late, at most {:.1f} us, in {} at its start\n",
-             status.latency().median_us(), status.latency().highest_us(), status.latency().waits());
-  fmt::print("  photographs held: {} of burst {}; bursts held: {}\n", status.frames_held(),
-             status.burst_id(), status.bursts_held());
+  fmt::print("  waits end {:.1f} us late in the median, at most {:.1f} us, of {} at its start\n",
+             status.latency().median_us(), status.latency().highest_us(),
+             counted(status.latency().waits(), "wait"));
+  if (status.burst_id() == 0) {
+    fmt::print("  no burst was taken yet\n");
+  } else {
+    fmt::print("  holds {}; of burst {}, the newest, {}\n", counted(status.bursts_held(), "burst"),
+               status.burst_id(), counted(status.frames_held(), "photograph"));
+  }
 }
 
 LinkOptions link_to(const std::string& address) {
@@ -189,7 +194,8 @@ void add_rig_command(CLI::App* rig, const std::string& name, const std::string& 
                      const std::function<void(const RigArguments&)>& run) {
   auto args = std::make_shared<RigArguments>();
   CLI::App* command = rig->add_subcommand(name, help);
-  command->add_option("--rig", args->rig, "HOST:PORT; else the one paired rig on this network");
+  command->add_option("--rig", args->rig, "HOST:PORT; else the one paired rig on this network")
+      ->check(rig_address(Simulated::kNot));
   command->add_flag("--json", args->json, "Report as JSON");
   command->callback([args, run] {
     if (args->rig.empty()) args->rig = the_paired_rig();

@@ -12,6 +12,7 @@
 #include "apps/process_child.h"
 #include "apps/report.h"
 #include "apps/resumed_source.h"
+#include "apps/rig_option.h"
 #include "base/error.h"
 #include "io/paired_link.h"
 #include "io/store_folder.h"
@@ -47,6 +48,7 @@ nlohmann::ordered_json burst_json(const v1::HeldBurst& burst) {
           {"begun", begun(burst)},
           {"whole", burst.whole()},
           {"why", printable(burst.why())},
+          {"flashing_confirmed", burst.flashing_confirmed()},
           {"photographs_held", burst.frames_held()},
           {"photographs_acknowledged", burst.frames_acknowledged()},
           {"photographs_expected", burst.frames_expected()},
@@ -60,7 +62,7 @@ void print_burst(const v1::HeldBurst& burst) {
   fmt::print("  photographs  {} held, {:.1f} MB{}\n", burst.frames_held(),
              double(burst.bytes_held()) * 1e-6,
              burst.frames_acknowledged() > 0
-                 ? fmt::format("; {} are on a host already", burst.frames_acknowledged())
+                 ? fmt::format("; on a host already: {}", burst.frames_acknowledged())
                  : "");
   if (!burst.why().empty()) fmt::print("  why          {}\n", printable(burst.why()));
 }
@@ -73,6 +75,7 @@ void print_fetched(const FetchedBurst& fetched) {
     fmt::print("  {}      {}\n", fetched.was_there ? "was in " : "fetched",
                fetched.folder.string());
   }
+  if (!fetched.unfit.empty()) fmt::print("  not to fit   {}\n", fetched.unfit);
 }
 
 nlohmann::ordered_json fetched_json(const FetchedBurst& fetched) {
@@ -80,6 +83,7 @@ nlohmann::ordered_json fetched_json(const FetchedBurst& fetched) {
   json["session"] = printable(fetched.folder.string());
   json["was_there"] = fetched.was_there;
   json["marked"] = fetched.marked;
+  json["unfit"] = printable(fetched.unfit);
   return json;
 }
 
@@ -155,14 +159,17 @@ int run_recover(const Arguments& args) {
 void add_rig_bursts(CLI::App* rig, int* exit_code) {
   auto args = std::make_shared<Arguments>();
   CLI::App* sync = rig->add_subcommand("sync", "Fetch every burst that a rig holds");
-  sync->add_option("--rig", args->rig, "HOST:PORT of the rig")->required();
+  sync->add_option("--rig", args->rig, "HOST:PORT of the rig")
+      ->check(rig_address(Simulated::kNot))
+      ->required();
   sync->add_option("--out", args->out, "Folder for the sessions, burst-NUMBER each")->required();
   sync->add_flag("--json", args->json, "Report as JSON");
   sync->callback([args, exit_code] { *exit_code = run_sync(*args); });
   CLI::App* recover =
       rig->add_subcommand("recover", "What became of bursts that were cut off, and what is whole");
   recover->add_option("--store", args->store, "Folder from a rig's disk, taken out of it");
-  recover->add_option("--rig", args->rig, "HOST:PORT of the rig");
+  recover->add_option("--rig", args->rig, "HOST:PORT of the rig")
+      ->check(rig_address(Simulated::kNot));
   recover->add_option("--out", args->out, "Also put what is whole into sessions in this folder");
   recover->add_flag("--json", args->json, "Report as JSON");
   recover->callback([args, exit_code] { *exit_code = run_recover(*args); });

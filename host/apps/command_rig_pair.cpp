@@ -7,6 +7,7 @@
 #include "apps/commands.h"
 #include "apps/process_child.h"
 #include "apps/report.h"
+#include "apps/rig_option.h"
 #include "base/error.h"
 #include "base/progress.h"
 #include "io/known_rigs.h"
@@ -86,7 +87,9 @@ void add_rig_pair(CLI::App* rig, int* exit_code) {
   auto args = std::make_shared<PairArguments>();
   CLI::App* command =
       rig->add_subcommand("pair", "Make a rig and this host trust each other, START being held");
-  command->add_option("--rig", args->rig, "HOST:PORT of the rig")->required();
+  command->add_option("--rig", args->rig, "HOST:PORT of the rig")
+      ->check(rig_address(Simulated::kNot))
+      ->required();
   command->add_option("--wait", args->wait_s, "Seconds to wait for the button")
       ->check(CLI::Range(0.0, 60.0))
       ->capture_default_str();

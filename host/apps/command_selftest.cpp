@@ -5,10 +5,14 @@
 #include <memory>
 
 #include "apps/commands.h"
+#include "apps/counted.h"
 #include "apps/process_rig.h"
 #include "apps/report.h"
+#include "apps/rig_option.h"
+#include "io/identity.h"
 #include "io/link_client.h"
 #include "io/paired_link.h"
+#include "twin/rig.h"
 
 namespace lamella::apps {
 
@@ -17,23 +21,35 @@ namespace {
 const std::vector<std::string> kParts{"chain", "leds",        "actuator", "cameras", "projector",
                                       "disk",  "temperature", "estop",    "latency"};
 
+constexpr char kRow[] = "  {:<12} {:<30} {:<18} {:<24} {:<8} {}\n";
+
 struct Arguments {
   std::string rig;
   std::vector<std::string> only;
   std::vector<std::string> inject;
   fs::path led_reference;
   std::string subject = "sphere";
-  double scale = 0.25;
   bool learn = false, json = false;
 };
 
+// A number never without its unit.
+std::string with_unit(const std::string& numbers, const v1::SelftestReading& r) {
+  return r.unit().empty() ? numbers : numbers + " " + r.unit();
+}
+
+std::string value_text(const v1::SelftestReading& r) {
+  if (!r.has_value()) return "";
+  if (r.unit() == "yes/no") return r.value() != 0 ? "yes" : "no";
+  return with_unit(fmt::format("{:.4g}", r.value()), r);
+}
+
 std::string limit_text(const v1::SelftestReading& r) {
-  if (r.has_low() && r.has_high()) {
-    if (r.low() == r.high()) return fmt::format("{:.4g}", r.low());
-    return fmt::format("{:.4g} to {:.4g}", r.low(), r.high());
-  }
-  if (r.has_low()) return fmt::format("at least {:.4g}", r.low());
-  return r.has_high() ? fmt::format("at most {:.4g}", r.high()) : "";
+  if (!r.has_low() && !r.has_high()) return "";
+  if (r.unit() == "yes/no") return r.low() != 0 ? "yes" : "no";
+  if (!r.has_low()) return with_unit(fmt::format("at most {:.4g}", r.high()), r);
+  if (!r.has_high()) return with_unit(fmt::format("at least {:.4g}", r.low()), r);
+  if (r.low() == r.high()) return with_unit(fmt::format("{:.4g}", r.low()), r);
+  return with_unit(fmt::format("{:.4g} to {:.4g}", r.low(), r.high()), r);
 }
 
 std::string verdict_text(const v1::SelftestReading& r) {
@@ -44,13 +60,11 @@ std::string verdict_text(const v1::SelftestReading& r) {
 void print_table(const v1::SelftestResult& result, const std::string& rig) {
   fmt::print("{}: {}\n\n", rig,
              result.bad() == 0 ? std::string("good")
-                               : fmt::format("{} readings are not good", result.bad()));
-  fmt::print("  {:<12} {:<30} {:>10} {:<12} {:<16} {:<8} {}\n", "part", "what", "reading", "",
-             "limit", "verdict", "");
+                               : fmt::format("{} {} not good", counted(result.bad(), "reading"),
+                                             result.bad() == 1 ? "is" : "are"));
+  fmt::print(kRow, "part", "what", "reading", "limit", "verdict", "");
   for (const v1::SelftestReading& r : result.readings()) {
-    const std::string value = r.has_value() ? fmt::format("{:.4g}", r.value()) : "";
-    fmt::print("  {:<12} {:<30} {:>10} {:<12} {:<16} {:<8} {}\n", r.part(), r.what(), value,
-               r.unit(), limit_text(r), verdict_text(r), r.note());
+    fmt::print(kRow, r.part(), r.what(), value_text(r), limit_text(r), verdict_text(r), r.note());
   }
 }
 
@@ -72,16 +86,15 @@ void print_result_json(const v1::SelftestResult& result, const std::string& rig)
 v1::SelftestResult test(const Arguments& args) {
   LinkOptions link;
   link.interrupted = interrupted;
+  catch_interrupts();
   if (args.rig != "sim") {
     link.tls = tls_for(args.rig, config_folder());
     return LinkClient(args.rig, link).selftest(args.only, args.learn);
   }
-  catch_interrupts();
-  const PrivateFolder truth;
   SimulatedRigOptions options;
   options.subject = args.subject;
-  options.scale = args.scale;
-  options.truth = truth.path() / "truth";
+  options.scale = twin::kLeastScale;  // what an LED lights is weighed with 4 x 4 tents
+  options.takes_bursts = false;
   options.inject = args.inject;
   options.led_reference = args.led_reference;
   require_simulated_rig(options);
@@ -94,7 +107,9 @@ v1::SelftestResult test(const Arguments& args) {
 void add_rig_selftest(CLI::App* rig, int* exit_code) {
   auto args = std::make_shared<Arguments>();
   CLI::App* command = rig->add_subcommand("selftest", "The rig tests itself, part by part");
-  command->add_option("--rig", args->rig, "sim, or HOST:PORT of a rig")->required();
+  command->add_option("--rig", args->rig, "sim, or HOST:PORT of a rig")
+      ->check(rig_address(Simulated::kToo))
+      ->required();
   command->add_option("--only", args->only, "Parts to test; all of them where none is given")
       ->check(CLI::IsMember(kParts));
   command->add_flag("--learn", args->learn,

@@ -24,6 +24,7 @@ namespace {
 struct TwinArguments {
   twin::Photographer::Options subject;
   std::string out, socket, truth_out, calibration_out;
+  bool no_burst = false;
   bool json = false;
 };
 
@@ -96,7 +97,7 @@ void run_twin(const TwinArguments& a) {
   }
   if (listener) {
     // What a burst will most likely ask for; any other light is worked out when it comes.
-    twin::prepare_burst(photographer.rig(), &studio);
+    if (!a.no_burst) twin::prepare_burst(photographer.rig(), &studio);
     std::printf("prepared\n");
     std::fflush(stdout);
     twin::serve(*listener, photographer, &studio, [] { return stop_asked != 0; });
@@ -117,6 +118,8 @@ void add_twin(CLI::App& app, int*) {
   command->add_option("--noise", a->subject.noise, "Times the sensor's noise, 0 to 100");
   command->add_option("--out", a->out, "Folder of the new session");
   command->add_option("--serve", a->socket, "Local socket on which to answer a simulated rig");
+  command->add_flag("--no-burst", a->no_burst,
+                    "Of --serve: no burst will be asked for, so none is worked out beforehand");
   command->add_option("--truth-out", a->truth_out, "Folder of the truth alone");
   command->add_option("--calibration-out", a->calibration_out, "File of the rig's calibration");
   command->add_flag("--json", a->json, "Report on --out as JSON");

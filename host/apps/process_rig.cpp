@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <thread>
 
@@ -23,11 +24,23 @@ fs::path board_folder() {
   return fs::exists(installed) ? installed : fs::path(LAMELLA_BOARD_DIR);
 }
 
+std::string shipped_names() {
+  std::vector<std::string> names;
+  for (const fs::directory_entry& entry : fs::directory_iterator(board_folder())) {
+    if (entry.path().extension() == ".rig") names.push_back(entry.path().stem().string());
+  }
+  std::sort(names.begin(), names.end());
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
 // A bare name is that of a rig file that ships, unless there is such a file here.
 std::string find_rig_file(const fs::path& name) {
+  if (fs::exists(name)) return name.string();
   const fs::path shipped = board_folder() / (name.string() + ".rig");
   const bool is_bare = !name.has_parent_path() && !name.has_extension();
-  return is_bare && !fs::exists(name) && fs::exists(shipped) ? shipped.string() : name.string();
+  if (is_bare && fs::exists(shipped)) return shipped.string();
+  throw_bad_input("--rig-file", "\"" + name.string() + "\": no such file",
+                  "rigs that ship: " + shipped_names());
 }
 
 std::string firmware_binary() { return (own_binary().parent_path() / "lamella-rigd").string(); }
@@ -66,14 +79,13 @@ SimulatedRig::SimulatedRig(const SimulatedRigOptions& options) {
   const std::string socket = (folder_.path() / "twin.socket").string();
   const std::string calibration = (folder_.path() / "calibration.json").string();
   // clang-format off
-  const std::vector<std::string> twin{
+  std::vector<std::string> twin{
       own_binary().string(), "twin",
       "--serve", socket,
       "--subject", options.subject,
       "--seed", std::to_string(options.seed),
       "--scale", fmt::format("{}", options.scale),
-      "--calibration-out", calibration,
-      "--truth-out", options.truth.string()};
+      "--calibration-out", calibration};
   std::vector<std::string> firmware{
       firmware_binary(),
       "--hal", "sim",
@@ -83,6 +95,8 @@ SimulatedRig::SimulatedRig(const SimulatedRigOptions& options) {
       "--listen", "127.0.0.1:0",
       "--clock", options.clock};
   // clang-format on
+  if (!options.truth.empty()) twin.insert(twin.end(), {"--truth-out", options.truth.string()});
+  if (!options.takes_bursts) twin.push_back("--no-burst");
   for (const std::string& fault : options.inject) {
     firmware.insert(firmware.end(), {"--inject", fault});
   }

@@ -20,7 +20,8 @@ struct SimulatedRigOptions {
   std::vector<std::string> inject;  // faults of the simulated hardware
   fs::path led_reference;           // where the firmware keeps what it learns of its LEDs
   fs::path rig_file = "sim";        // a file, or the name of a rig that ships
-  fs::path truth;                   // where the twin writes what it knows
+  fs::path truth;                   // where the twin writes what it knows; empty: nowhere
+  bool takes_bursts = true;         // false: the twin works none out beforehand
 };
 
 // Throws Error (kBadInput) that names the option where the twin or the firmware would refuse it, so

@@ -4,11 +4,28 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cstdlib>
 
 namespace lamella::apps {
 
+namespace {
+
+// Nothing that is measured or planned is known to more than twelve digits: what is beyond them is
+// noise of binary fractions.
+void drop_noise(nlohmann::ordered_json* value) {
+  if (value->is_number_float()) {
+    *value = std::strtod(fmt::format("{:.12g}", value->get<double>()).c_str(), nullptr);
+  }
+  if (!value->is_structured()) return;
+  for (auto& part : *value) drop_noise(&part);
+}
+
+}  // namespace
+
 void print_json(const nlohmann::ordered_json& report) {
-  fmt::print("{}\n", report.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+  nlohmann::ordered_json tidy = report;
+  drop_noise(&tidy);
+  fmt::print("{}\n", tidy.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
 }
 
 std::string printable(const std::string& text) {

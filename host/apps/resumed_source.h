@@ -16,6 +16,7 @@ class ResumedSource : public BurstSource {
   std::vector<v1::HeldBurst> held() override { return rig_->held(); }
   std::string calibration(const Burst& burst) override { return rig_->calibration(burst); }
   std::vector<v1::FrameOffer> offers(const Burst& burst) override { return rig_->offers(burst); }
+  v1::BurstDone ending(const Burst& burst) override { return rig_->ending(burst); }
   v1::TimingEdges timing(const Burst& burst) override { return rig_->timing(burst); }
   std::vector<uint8_t> photograph(const v1::FrameOffer& offer) override;
 

@@ -234,8 +234,53 @@ TEST_F(Command, SaysThatNoRigAnswers) {
   refused({"capture", "--rig", address, "--out", in("s")}, 3, {address, "no rig answers"});
 }
 
-TEST_F(Command, RefusesAnAddressThatIsNone) {
-  refused({"capture", "--rig", "rig", "--out", in("s")}, 2, {"--rig"});
+TEST_F(Command, RefusesAnAddressThatIsNoneAndSaysWhatIsWrongWithIt) {
+  refused({"capture", "--rig", "rig", "--out", in("s")}, 2, {"--rig", "names no port", "or sim"});
+  const std::vector<std::pair<std::string, std::string>> wrong{
+      {"127.0.0.1:70000", "\"70000\" is no port: 1 to 65535"},
+      {"127.0.0.1:0", "\"0\" is no port"},
+      {"127.0.0.1:7x", "\"7x\" is no port"},
+      {"rig.local", "names no port: give HOST:PORT"},
+      {"rig.local:", "names no port"},
+      {":7391", "names no host"},
+      {"fe80::1:7391", "an IPv6 address is given as [HOST]:PORT"}};
+  for (const auto& [address, says] : wrong) {
+    SCOPED_TRACE(address);
+    refused({"rig", "status", "--rig", address}, 2, {"--rig", says});
+  }
+}
+
+TEST_F(Command, RefusesANameThatNobodyKnows) {
+  refused({"rig", "recover", "--rig", "no such host:7391"}, 2, {"no such host:7391", "mistyped"});
+}
+
+TEST_F(Command, OfARigThatWasOffInMidBurstSaysSoAndWhereItsPartIsAndKeepsNothing) {
+  testing::FakeRigFaults faults;
+  faults.cut_during_burst = true;
+  faults.off_during_burst = "13 of 40 photographs are whole";
+  testing::FakeRig rig(faults);
+  load_burst(&rig, testing::kFakeSize, {v1::Frame::DOTS});
+  refused({"capture", "--rig", rig.address(), "--out", in("s")}, 3,
+          {"link cut during burst 42", "13 of 40", "lamella rig recover --rig " + rig.address(),
+           "lamella rig sync --rig " + rig.address()});
+}
+
+TEST_F(Command, OfABurstThatLacksAPhotographMakesASessionThatSaysSo) {
+  testing::FakeRigFaults faults;
+  faults.lacks = true;
+  testing::FakeRig rig(faults);
+  load_burst(&rig, testing::kFakeSize, {v1::Frame::DOTS});
+  const Outcome capture = run_lamella({"capture", "--rig", rig.address(), "--out", in("s")});
+  EXPECT_EQ(capture.exit_code, 1) << capture.err;
+  EXPECT_NE(capture.out.find("not to fit   "), std::string::npos) << capture.out;
+  const std::string reason =
+      "no DOTS CROSS of the left camera; the rig says: MARKED: step 7 "
+      "dropped by a camera; take the burst again";
+  for (const char* command : {"check", "fit"}) {
+    const Outcome outcome = run_lamella({command, in("s")});
+    EXPECT_EQ(outcome.exit_code, 2);
+    EXPECT_NE(outcome.err.find(reason), std::string::npos) << outcome.err;
+  }
 }
 
 TEST_F(Command, RefusesASimulatedRigThatCannotBeBeforeItStartsOne) {

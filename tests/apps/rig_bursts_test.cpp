@@ -11,7 +11,9 @@
 #include "base/error.h"
 #include "io/fake_rig.h"
 #include "io/fake_session.h"
+#include "io/json.h"
 #include "io/session.h"
+#include "io/shortfall.h"
 
 namespace lamella {
 namespace {
@@ -129,6 +131,25 @@ TEST_F(RigBursts, ASessionThatIsThereAlreadyIsAcknowledgedAndNotFetchedAgain) {
   other.hold(later);
   EXPECT_EQ(sync(other).exit_code, 0);
   EXPECT_TRUE(fs::exists(out / "burst-000042-2" / "session.json"));
+}
+
+TEST_F(RigBursts, SyncOfABurstThatTheRigMarkedKeepsWhatThereIsAndSaysThatItCannotBeFitted) {
+  FakeRigFaults faults;
+  faults.lacks = true;
+  FakeRig rig(faults);
+  load_burst(&rig, testing::kFakeSize, {v1::Frame::DOTS});
+  v1::HeldBurst held = whole();
+  held.set_flashing_confirmed(true);
+  rig.hold(held);
+  const Outcome outcome = sync(rig);
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+  const auto report = nlohmann::json::parse(outcome.out)["bursts"][0];
+  EXPECT_NE(report["unfit"].get<std::string>().find("no DOTS CROSS"), std::string::npos);
+  EXPECT_EQ(read_shortfall(out / "burst-000042"), "MARKED: step 7 dropped by a camera");
+  v1::Session manifest;
+  read_json(out / "burst-000042" / "session.json", &manifest);
+  EXPECT_TRUE(manifest.flashing_confirmed());
+  EXPECT_FALSE(rig.holds_burst());
 }
 
 TEST_F(RigBursts, SyncOfAPartialBurstKeepsWhatIsWholeWithTheReasonAndSaysSo) {

@@ -1,9 +1,12 @@
 // lamella rig plan, as a rig builder runs it.
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <regex>
 
+#include "apps/counted.h"
 #include "apps/run_lamella.h"
 #include "io/fake_session.h"
 #include "io/whole_file.h"
@@ -51,6 +54,35 @@ TEST(RigPlan, DrawsATriggerThatIsActiveLowAsAProbeSeesIt) {
   ASSERT_NE(name, std::string::npos);
   const std::string rest = std::string("\n1") + text[name - 1] + "\n";
   EXPECT_LT(text.find(rest), text.find("$end", text.find("$dumpvars"))) << "it rests at 1";
+}
+
+TEST(RigPlan, ListsTheRigsThatShipWhereThereIsNoneOfThatName) {
+  for (const std::string name : {"nosuch", "/nowhere/my.rig"}) {
+    const Outcome outcome = run_lamella({"rig", "plan", "--rig-file", name});
+    EXPECT_EQ(outcome.exit_code, 2);
+    EXPECT_NE(outcome.err.find("--rig-file: \"" + name + "\": no such file; rigs that ship: "),
+              std::string::npos)
+        << outcome.err;
+    EXPECT_NE(outcome.err.find("machine_vision, pi4, pi5, sim, slr"), std::string::npos)
+        << outcome.err;
+  }
+}
+
+TEST(RigPlan, NumbersHaveNoBinaryNoiseAndOneOfAThingIsNoPlural) {
+  const Outcome json = run_lamella({"rig", "plan", "--rig-file", "sim", "--json"});
+  std::smatch noisy;
+  const std::regex noise("[.][0-9]*(0000000|9999999)[0-9]");
+  EXPECT_FALSE(std::regex_search(json.out, noisy, noise)) << noisy.str();
+  EXPECT_EQ(apps::counted(1, "burst") + ", " + apps::counted(2, "burst"), "1 burst, 2 bursts");
+}
+
+TEST(RigPlan, WaitsForNoPipeInPlaceOfARigFile) {
+  const testing::ScratchFolder folder;
+  const fs::path pipe = folder.path() / "pipe.rig";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  const Outcome outcome = run_lamella({"rig", "plan", "--rig-file", pipe});
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.err.find("not a plain file"), std::string::npos) << outcome.err;
 }
 
 TEST(RigPlan, NamesFileLineAndKeyOfAWrongRigFile) {

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
+#include <regex>
 
 #include "apps/run_lamella.h"
 
@@ -11,12 +12,16 @@ namespace {
 using testing::Outcome;
 using testing::run_lamella;
 
-TEST(RigSelftest, OfAGoodRigEndsWithZeroAndATable) {
+TEST(RigSelftest, OfAGoodRigEndsWithZeroAndATableInWhichEveryNumberHasItsUnit) {
   const Outcome run = run_lamella({"rig", "selftest", "--rig", "sim", "--only", "chain", "--only",
-                                   "actuator", "--only", "estop"});
+                                   "actuator", "--only", "estop", "--only", "cameras"});
   EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
   EXPECT_NE(run.out.find("sim: good"), std::string::npos) << run.out;
-  EXPECT_NE(run.out.find("chips in the chain"), std::string::npos) << run.out;
+  for (const char* row :
+       {"chips in the chain +7 chips +7 chips +good", "pressed +no +no +good",
+        "at crossed +yes +yes +good", "left, dark above black .* dn +-24 to 24 dn"}) {
+    EXPECT_TRUE(std::regex_search(run.out, std::regex(row))) << row << "\n" << run.out;
+  }
 }
 
 TEST(RigSelftest, AnInjectedFaultIsNamedAndEndsWithOne) {
