@@ -183,9 +183,9 @@ void add_frames(Reception* reception) {
 }
 
 // Why a session of photographs that did arrive cannot be fitted; "" where it can.
-std::string unfit_for(const Session& session) {
+std::string unfit_for(const fs::path& session) {
   try {
-    require_burst(session);
+    require_burst(read_session(session));
   } catch (const Error& e) {
     return e.what();
   }
@@ -226,7 +226,7 @@ Reception receive_session(BurstSource* rig, const Burst& burst, const fs::path& 
   reception.timing = rig->timing(burst);
   write_json(folder / "timing.json", reception.timing, Defaults::kWritten);
   write_json(folder / "session.json", reception.manifest);
-  blame_rig([&] { reception.unfit = unfit_for(read_session(folder)); });
+  reception.unfit = unfit_for(folder);
   if (burst.shortfall.empty() && !reception.unfit.empty()) reject("rig", reception.unfit);
   return reception;
 }

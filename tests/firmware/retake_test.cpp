@@ -162,6 +162,18 @@ TEST(Retake, WithoutTimeForItTheBurstIsMarkedAndSaysWhy) {
       << done.verdict;
 }
 
+TEST(Retake, ADropThatCannotBeTakenAgainMarksTheBurstAndNamesTheStep) {
+  Bench bench(one_dropped_shot(7));
+  burst_plan plan;
+  burst_order(&bench.rig, kBurstSteps, BURST_STEPS, false, &plan);
+  bench.rig.burst_longest_us = plan.duration_us + 20e3;
+  const lamella_v1_BurstDone& done = bench.burst();
+  EXPECT_TRUE(done.marked);
+  EXPECT_EQ(done.frame_count, 38u);
+  EXPECT_EQ(std::string(done.verdict).find("MARKED: step 7 dropped by a camera; not retaken: "), 0u)
+      << done.verdict;
+}
+
 TEST(Retake, CountsTheLightOfTheFirstTakeAgainstDuty) {
   Bench bench(one_late_pulse(7));
   bench.rig.leds_duty_window_us = 3e6;  // the burst's 8 pulses of 30 ms, and no ninth

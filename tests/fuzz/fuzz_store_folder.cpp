@@ -106,15 +106,10 @@ void recover(const fs::path& place) {
   StoreFolder folder(place);
   for (const v1::HeldBurst& held : folder.held()) {
     if (held.whole() != held.why().empty()) std::abort();
-    Burst burst;
-    burst.id = held.burst_id();
-    burst.frame_count = held.frames_expected();
     const fs::path session = place / "session";
     fs::remove_all(session);
     fs::create_directories(session);
-    receive_session(
-        &folder, burst, session, [](int) {},
-        held.whole() ? Extent::kWholeBurst : Extent::kWhatIsThere);
+    receive_session(&folder, burst_of(&folder, held), session, [](int) {});
   }
 }
 
