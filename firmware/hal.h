@@ -62,10 +62,12 @@ struct hal {
   bool reads_while_playing;
   // wait_until_us() takes real time: who waits long sleeps by himself, where a signal can end it.
   bool keeps_real_time;
+  bool sees_trigger;  // a loop-back input does: next_seen() tells of each of its edges
+  double lead_us;     // from set_line() to the line's move, as latency.h measured it; 0 until then
 
   double (*now_us)(void* self);
-  // Sleeps to just before t_us and spins to it; at once where t_us has passed.
-  void (*wait_until_us)(void* self, double t_us);
+  // Sleeps to just before t_us and spins to it; at once where t_us has passed. Returns the time.
+  double (*wait_until_us)(void* self, double t_us);
 
   // Lights off, analyser at rest, nothing photographed yet; returns at a vblank of the projector,
   // which becomes the burst's zero.

@@ -23,9 +23,9 @@ static double now_us(void* self) {
   return linux_now_us();
 }
 
-static void wait_until_us(void* self, double t_us) {
+static double wait_until_us(void* self, double t_us) {
   const struct hal_linux* board = self;
-  linux_wait_until_us(t_us, board->rig->board.spin_us);
+  return linux_wait_until_us(t_us, board->rig->board.spin_us);
 }
 
 // --- Lines ---
@@ -64,13 +64,16 @@ static enum lam_status set_line(void* self, enum hal_line line, bool level, doub
   return line == HAL_TRIGGER ? note_trigger(board, level, *at_us) : LAM_OK;
 }
 
+// Each is tried, whatever became of the other.
 static enum lam_status darken(struct hal_linux* board) {
-  board->critical.levels[HAL_BLANK] = 1;
-  board->critical.levels[HAL_LAMP] = 0;
-  board->critical.levels[HAL_TRIGGER] = trigger_level(board, false);
+  double at_us = 0;
+  const enum lam_status leds = set_line(board, HAL_BLANK, true, &at_us);
+  const enum lam_status lamp = set_line(board, HAL_LAMP, false, &at_us);
+  const bool shut = linux_outputs_set(&board->critical, HAL_TRIGGER, trigger_level(board, false),
+                                      &at_us) == LAM_OK;
   board->triggered = false;
-  if (linux_outputs_apply(&board->critical) == LAM_OK) return LAM_OK;
-  return fail(board, board->critical.error);
+  if (!shut) fail(board, board->critical.error);
+  return leds == LAM_OK && lamp == LAM_OK && shut ? LAM_OK : LAM_HARDWARE;
 }
 
 static void lights_off(void* self) { darken(self); }
@@ -135,7 +138,7 @@ static bool read_temperature(struct hal_linux* board) {
 static enum lam_status sense(void* self, struct hal_senses* senses) {
   struct hal_linux* board = self;
   if (drain_loops(board) != LAM_OK || drain_inputs(board) != LAM_OK) return LAM_HARDWARE;
-  if (linux_inputs_read(&board->inputs) != LAM_OK) return fail(board, board->inputs.error);
+  if (linux_lines_read(&board->inputs) != LAM_OK) return fail(board, board->inputs.error);
   if (!read_temperature(board)) return fail(board, "linux.temperature_file cannot be read");
   const int* levels = board->inputs.levels;
   *senses = (struct hal_senses){
@@ -352,6 +355,7 @@ enum lam_status hal_linux_claim(struct hal_linux* board, const struct rig* rig) 
   board->hal = (struct hal){.name = "linux",
                             .self = board,
                             .keeps_real_time = true,
+                            .sees_trigger = rig->board.trigger_seen_line[0] != '\0',
                             .now_us = now_us,
                             .wait_until_us = wait_until_us,
                             .prepare = prepare,
@@ -385,6 +389,7 @@ enum lam_status hal_linux_open(struct hal_linux* board) {
   enum lam_status status = open_lines(board);
   if (status == LAM_OK) status = open_devices(board);
   if (status == LAM_OK) status = open_temperature(board);
+  if (status == LAM_OK) status = linux_memory_lock(board->hal.error);
   if (status != LAM_OK) {
     close_rest(board);
     return status;
@@ -394,11 +399,8 @@ enum lam_status hal_linux_open(struct hal_linux* board) {
 }
 
 bool hal_linux_is_lit(struct hal_linux* board) {
-  if (linux_inputs_read(&board->critical) != LAM_OK) return true;
+  if (linux_lines_read(&board->critical) != LAM_OK) return true;
   return board->critical.levels[HAL_BLANK] == 0 || board->critical.levels[HAL_LAMP] == 1;
 }
 
-enum lam_status hal_linux_darken(struct hal_linux* board) {
-  if (linux_inputs_read(&board->critical) != LAM_OK) return fail(board, board->critical.error);
-  return darken(board);
-}
+enum lam_status hal_linux_darken(struct hal_linux* board) { return darken(board); }

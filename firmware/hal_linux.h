@@ -13,9 +13,9 @@
 
 enum { LINUX_CAMERAS = 2, LINUX_MAX_SHOTS = 128, LINUX_MAX_SEEN = 512 };
 
-// The outputs of the critical request, by place. Those before LINUX_ANALYSER are hal_lines.
+// The critical outputs, by place. Those before LINUX_ANALYSER are hal_lines.
 enum { LINUX_ANALYSER = HAL_LAMP + 1, LINUX_CRITICAL };
-// The outputs of the operator's request, counted from HAL_HEARTBEAT.
+// The operator's outputs, counted from HAL_HEARTBEAT.
 enum { LINUX_OPERATORS = HAL_LINES - HAL_HEARTBEAT };
 enum { LINUX_START, LINUX_ESTOP, LINUX_AT_PARALLEL, LINUX_AT_CROSSED, LINUX_INPUTS };
 enum { LINUX_BLANK_SEEN, LINUX_TRIGGER_SEEN, LINUX_LOOPS };
@@ -47,8 +47,8 @@ struct hal_linux {
 // shared with a supervisor. LAM_BAD_INPUT where the rig file has no linux. keys.
 enum lam_status hal_linux_claim(struct hal_linux* board, const struct rig* rig);
 
-// Takes everything else, and the processor's time (hal_linux_time.h). On failure nothing more than
-// the claim is held and board->hal.error says why.
+// Takes everything else, and the processor's time and locked memory (hal_linux_time.h). On failure
+// nothing more than the claim is held and board->hal.error says why.
 enum lam_status hal_linux_open(struct hal_linux* board);
 
 // What the lines that light hangs on say; lit where they cannot be read.

@@ -13,14 +13,10 @@ static enum lam_status fail(struct linux_lines* lines, const char* what, const c
   return LAM_HARDWARE;
 }
 
-static void unpack(struct linux_lines* lines, const int levels[LINUX_LINES_MAX]) {
-  for (size_t i = 0; i < lines->held; i++) lines->levels[lines->place_of[i]] = levels[i];
-}
-
 // Each of these is written once for libgpiod 1.6 and once for 2; below them nothing differs.
-static bool find_line(struct linux_lines* lines, const char* name);
+static bool find_line(struct linux_lines* lines, size_t place);
 static bool request_lines(struct linux_lines* lines);
-static bool apply(struct linux_lines* lines, size_t place);  // LINUX_LINES_MAX: all of them
+static bool drive(struct linux_lines* lines, size_t place);
 static bool read_levels(struct linux_lines* lines, int levels[LINUX_LINES_MAX]);
 static int wait_event(struct linux_lines* lines,
                       struct linux_line_event* event);  // 1: there is one
@@ -28,37 +24,42 @@ static void release(struct linux_lines* lines);
 
 #if LAMELLA_GPIOD_MAJOR == 1
 
-static void pack(const struct linux_lines* lines, int levels[LINUX_LINES_MAX]) {
-  for (size_t i = 0; i < lines->held; i++) levels[i] = lines->levels[lines->place_of[i]];
-}
-
-static bool find_line(struct linux_lines* lines, const char* name) {
+static bool find_line(struct linux_lines* lines, size_t place) {
   if (lines->held == 0) gpiod_line_bulk_init(&lines->lines);
-  struct gpiod_line* line = gpiod_chip_find_line(lines->chip, name);
+  struct gpiod_line* line = gpiod_chip_find_line(lines->chip, lines->names[place]);
   if (line != NULL) gpiod_line_bulk_add(&lines->lines, line);
+  lines->line_of[place] = line;
   return line != NULL;
 }
 
+// This library sets all lines of a request at once: each output has a request of its own, so that
+// an edge costs one line's time, and no line is ever set for another's sake.
 static bool request_lines(struct linux_lines* lines) {
   if (!lines->outputs) {
     return gpiod_line_request_bulk_both_edges_events(&lines->lines, kConsumer) == 0;
   }
-  int levels[LINUX_LINES_MAX];
-  pack(lines, levels);
-  return gpiod_line_request_bulk_output(&lines->lines, kConsumer, levels) == 0;
+  for (size_t i = 0; i < lines->held; i++) {
+    const size_t place = lines->place_of[i];
+    struct gpiod_line* line = lines->line_of[place];
+    if (gpiod_line_request_output(line, kConsumer, lines->levels[place]) == 0) continue;
+    const int reason = errno;
+    gpiod_line_release_bulk(&lines->lines);
+    errno = reason;
+    return false;
+  }
+  return true;
 }
 
-// Every line each time: this library sets the lines of a request that one does not name to 0, and
-// BLANK at 0 is light.
-static bool apply(struct linux_lines* lines, size_t place) {
-  (void)place;
-  int levels[LINUX_LINES_MAX];
-  pack(lines, levels);
-  return gpiod_line_set_value_bulk(&lines->lines, levels) == 0;
+static bool drive(struct linux_lines* lines, size_t place) {
+  return gpiod_line_set_value(lines->line_of[place], lines->levels[place]) == 0;
 }
 
 static bool read_levels(struct linux_lines* lines, int levels[LINUX_LINES_MAX]) {
-  return gpiod_line_get_value_bulk(&lines->lines, levels) == 0;
+  for (size_t i = 0; i < lines->held; i++) {
+    levels[i] = gpiod_line_get_value(lines->line_of[lines->place_of[i]]);
+    if (levels[i] < 0) return false;
+  }
+  return true;
 }
 
 static int wait_event(struct linux_lines* lines, struct linux_line_event* event) {
@@ -70,7 +71,7 @@ static int wait_event(struct linux_lines* lines, struct linux_line_event* event)
   struct gpiod_line_event read;
   if (gpiod_line_event_read(line, &read) != 0) return -1;
   for (size_t i = 0; i < lines->held; i++) {
-    if (gpiod_line_bulk_get_line(&lines->lines, i) == line) event->place = lines->place_of[i];
+    if (lines->line_of[lines->place_of[i]] == line) event->place = lines->place_of[i];
   }
   event->level = read.event_type == GPIOD_LINE_EVENT_RISING_EDGE;
   event->at_us = (double)read.ts.tv_sec * 1e6 + (double)read.ts.tv_nsec * 1e-3;
@@ -81,9 +82,9 @@ static void release(struct linux_lines* lines) { gpiod_line_release_bulk(&lines-
 
 #else
 
-static bool find_line(struct linux_lines* lines, const char* name) {
-  const int offset = gpiod_chip_get_line_offset_from_name(lines->chip, name);
-  if (offset >= 0) lines->offsets[lines->held] = (unsigned)offset;
+static bool find_line(struct linux_lines* lines, size_t place) {
+  const int offset = gpiod_chip_get_line_offset_from_name(lines->chip, lines->names[place]);
+  if (offset >= 0) lines->offset_of[place] = (unsigned)offset;
   return offset >= 0;
 }
 
@@ -104,9 +105,10 @@ static bool configure(const struct linux_lines* lines, struct gpiod_line_setting
                       struct gpiod_line_config* config) {
   if (!set_direction(lines, settings)) return false;
   for (size_t i = 0; i < lines->held; i++) {
-    const enum gpiod_line_value value = value_of(lines->levels[lines->place_of[i]]);
+    const size_t place = lines->place_of[i];
+    const enum gpiod_line_value value = value_of(lines->levels[place]);
     if ((lines->outputs && gpiod_line_settings_set_output_value(settings, value) != 0) ||
-        gpiod_line_config_add_line_settings(config, &lines->offsets[i], 1, settings) != 0) {
+        gpiod_line_config_add_line_settings(config, &lines->offset_of[place], 1, settings) != 0) {
       return false;
     }
   }
@@ -135,15 +137,9 @@ static bool request_lines(struct linux_lines* lines) {
   return lines->request != NULL;
 }
 
-static bool apply(struct linux_lines* lines, size_t place) {
-  enum gpiod_line_value values[LINUX_LINES_MAX];
-  for (size_t i = 0; i < lines->held; i++) {
-    values[i] = value_of(lines->levels[lines->place_of[i]]);
-    if (lines->place_of[i] == place) {
-      return gpiod_line_request_set_value(lines->request, lines->offsets[i], values[i]) == 0;
-    }
-  }
-  return gpiod_line_request_set_values(lines->request, values) == 0;
+static bool drive(struct linux_lines* lines, size_t place) {
+  return gpiod_line_request_set_value(lines->request, lines->offset_of[place],
+                                      value_of(lines->levels[place])) == 0;
 }
 
 static bool read_levels(struct linux_lines* lines, int levels[LINUX_LINES_MAX]) {
@@ -158,10 +154,9 @@ static int wait_event(struct linux_lines* lines, struct linux_line_event* event)
   if (some <= 0) return some;
   if (gpiod_line_request_read_edge_events(lines->request, lines->events, 1) != 1) return -1;
   struct gpiod_edge_event* read = gpiod_edge_event_buffer_get_event(lines->events, 0);
+  const unsigned offset = gpiod_edge_event_get_line_offset(read);
   for (size_t i = 0; i < lines->held; i++) {
-    if (lines->offsets[i] == gpiod_edge_event_get_line_offset(read)) {
-      event->place = lines->place_of[i];
-    }
+    if (lines->offset_of[lines->place_of[i]] == offset) event->place = lines->place_of[i];
   }
   event->level = gpiod_edge_event_get_event_type(read) == GPIOD_EDGE_EVENT_RISING_EDGE;
   event->at_us = (double)gpiod_edge_event_get_timestamp_ns(read) * 1e-3;
@@ -179,7 +174,7 @@ static enum lam_status find_lines(struct linux_lines* lines) {
   for (size_t place = 0; place < lines->count; place++) {
     if (lines->names[place][0] == '\0') continue;
     errno = ENOENT;
-    if (!find_line(lines, lines->names[place])) {
+    if (!find_line(lines, place)) {
       return fail(lines, "no GPIO line", lines->names[place]);
     }
     lines->place_of[lines->held++] = place;
@@ -217,21 +212,16 @@ enum lam_status linux_outputs_set(struct linux_lines* outputs, size_t place, boo
                                   double* at_us) {
   outputs->levels[place] = level;
   const bool idle = outputs->chip == NULL || outputs->names[place][0] == '\0';
-  const bool moved = idle || apply(outputs, place);
+  const bool moved = idle || drive(outputs, place);
   *at_us = linux_now_us();
   return moved ? LAM_OK : fail(outputs, "cannot set GPIO line", outputs->names[place]);
 }
 
-enum lam_status linux_outputs_apply(struct linux_lines* outputs) {
-  if (outputs->chip == NULL || apply(outputs, LINUX_LINES_MAX)) return LAM_OK;
-  return fail(outputs, "cannot set the GPIO lines of", outputs->names[0]);
-}
-
-enum lam_status linux_inputs_read(struct linux_lines* inputs) {
-  if (inputs->chip == NULL) return LAM_OK;
+enum lam_status linux_lines_read(struct linux_lines* lines) {
+  if (lines->chip == NULL) return LAM_OK;
   int levels[LINUX_LINES_MAX];
-  if (!read_levels(inputs, levels)) return fail(inputs, "cannot read GPIO line", inputs->names[0]);
-  unpack(inputs, levels);
+  if (!read_levels(lines, levels)) return fail(lines, "cannot read GPIO line", lines->names[0]);
+  for (size_t i = 0; i < lines->held; i++) lines->levels[lines->place_of[i]] = levels[i];
   return LAM_OK;
 }
 

@@ -11,7 +11,7 @@
 
 enum { LINUX_LINES_MAX = 8 };
 
-// The lines of one request, by their place in `names`; an empty name is a line that the rig has
+// Lines that belong together, by their place in `names`; an empty name is a line that the rig has
 // not: setting it does nothing, it reads 0 and never has an edge.
 struct linux_lines {
   struct gpiod_chip* chip;  // NULL: nothing is held
@@ -19,14 +19,15 @@ struct linux_lines {
   size_t count;
   int levels[LINUX_LINES_MAX];  // as last set or read, by place
   bool outputs;
-  size_t held;  // lines of the request
+  size_t held;  // lines that are requested
   size_t place_of[LINUX_LINES_MAX];
 #if LAMELLA_GPIOD_MAJOR == 1
   struct gpiod_line_bulk lines;
+  struct gpiod_line* line_of[LINUX_LINES_MAX];  // by place
 #else
   struct gpiod_line_request* request;
   struct gpiod_edge_event_buffer* events;
-  unsigned offsets[LINUX_LINES_MAX];
+  unsigned offset_of[LINUX_LINES_MAX];  // by place
 #endif
   char error[160];
 };
@@ -45,14 +46,12 @@ enum lam_status linux_outputs_open(struct linux_lines* lines, const char* chip,
 enum lam_status linux_inputs_open(struct linux_lines* lines, const char* chip,
                                   const char* const names[], size_t count);
 
-// at_us: just after the kernel has moved the line.
+// Moves one line and no other. at_us: just after the kernel has moved it.
 enum lam_status linux_outputs_set(struct linux_lines* outputs, size_t place, bool level,
                                   double* at_us);
-// Several at once: what `levels` says is driven.
-enum lam_status linux_outputs_apply(struct linux_lines* outputs);
 
-// Reads every line into `levels`.
-enum lam_status linux_inputs_read(struct linux_lines* inputs);
+// Reads every line, input or output, into `levels`.
+enum lam_status linux_lines_read(struct linux_lines* lines);
 // The oldest edge of some line that was not asked for yet; LAM_WRONG_STATE where there is none.
 enum lam_status linux_inputs_next(struct linux_lines* inputs, struct linux_line_event* event);
 

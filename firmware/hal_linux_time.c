@@ -9,6 +9,7 @@
 #include <stdio.h>
 #include <string.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -18,7 +19,7 @@ double linux_now_us(void) {
   return (double)now.tv_sec * 1e6 + (double)now.tv_nsec * 1e-3;
 }
 
-void linux_wait_until_us(double t_us, double spin_us) {
+double linux_wait_until_us(double t_us, double spin_us) {
   const double wake_us = t_us - spin_us;
   if (wake_us > linux_now_us()) {
     const struct timespec wake = {.tv_sec = (time_t)(wake_us / 1e6),
@@ -26,7 +27,10 @@ void linux_wait_until_us(double t_us, double spin_us) {
     // A signal ends the sleep early; the spin below still keeps the time.
     clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &wake, NULL);
   }
-  while (linux_now_us() < t_us) continue;
+  double now_us;
+  do now_us = linux_now_us();
+  while (now_us < t_us);
+  return now_us;
 }
 
 static int report(bool had, const char* setting) {
@@ -59,7 +63,18 @@ int linux_time_settle(const struct rig_linux* board, int* latency_fd) {
   int missing = report(pin((int)board->cpu), setting);
   const struct sched_param param = {.sched_priority = (int)board->priority};
   missing += report(sched_setscheduler(0, SCHED_FIFO, &param) == 0, "SCHED_FIFO (linux.priority)");
-  missing += report(mlockall(MCL_CURRENT | MCL_FUTURE) == 0, "locked memory");
   *latency_fd = forbid_deep_sleep();
   return missing + report(*latency_fd >= 0, "/dev/cpu_dma_latency");
+}
+
+enum lam_status linux_memory_lock(char error[160]) {
+  if (mlockall(MCL_CURRENT | MCL_FUTURE) == 0) return LAM_OK;
+  const int reason = errno;
+  struct rlimit limit = {.rlim_cur = 0};
+  getrlimit(RLIMIT_MEMLOCK, &limit);
+  snprintf(error, 160,
+           "too little memory may be locked: %s; the limit is %llu KiB: set LimitMEMLOCK=infinity "
+           "in the unit, or ulimit -l unlimited",
+           strerror(reason), (unsigned long long)limit.rlim_cur / 1024);
+  return LAM_HARDWARE;
 }

@@ -28,11 +28,10 @@ static double now_us(void* self) {
   return sim->clock == SIM_CLOCK_REAL ? real_now_us() : sim->virtual_now_us;
 }
 
-static void wait_until_us(void* self, double t_us) {
+static double wait_until_us(void* self, double t_us) {
   struct hal_sim* sim = self;
   if (sim->clock == SIM_CLOCK_VIRTUAL) {
-    sim->virtual_now_us = fmax(sim->virtual_now_us, t_us);
-    return;
+    return sim->virtual_now_us = fmax(sim->virtual_now_us, t_us);
   }
   const double wake_us = t_us - kSpinUs;
   if (wake_us > real_now_us()) {
@@ -41,6 +40,7 @@ static void wait_until_us(void* self, double t_us) {
     clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &wake, NULL);
   }
   while (real_now_us() < t_us) continue;
+  return real_now_us();
 }
 
 static double next_vblank_us(const struct hal_sim* sim, double t_us) {

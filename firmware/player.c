@@ -174,14 +174,20 @@ static enum lam_status act(struct player* player, const struct edge* edge, doubl
   }
 }
 
+static bool is_set_line(enum edge_line line) {
+  return line == EDGE_LATCH || line == EDGE_BLANK || line == EDGE_TRIGGER || line == EDGE_LAMP;
+}
+
+// Between the end of the wait and the call that acts lies nothing that could be done before it.
 enum lam_status player_step(struct player* player) {
   struct hal* hal = player->hal;
   const size_t index = player->next;
   const struct edge* edge = &player->timeline->edges[index];
-  hal->wait_until_us(hal->self, player->zero_us + edge->t_us);
+  const double due_us = player->zero_us + edge->t_us;
+  const double lead_us = is_set_line(edge->line) ? hal->lead_us : 0;
+  double at_us = hal->wait_until_us(hal->self, due_us - lead_us);
   if (!is_observed(edge->line)) {
-    double at_us = 0;
-    enum lam_status status = check_in_time(player, edge, hal->now_us(hal->self));
+    enum lam_status status = check_in_time(player, edge, at_us);
     if (status == LAM_OK) status = act(player, edge, &at_us);
     if (status == LAM_OK) status = check_in_time(player, edge, at_us);
     if (status != LAM_OK) {

@@ -55,7 +55,7 @@ void session_init(struct session* session, const struct rig* rig, struct hal* ha
 // Ends what reads photographs. The hardware is closed after it.
 void session_close(struct session* session);
 
-// Measures how late waits end on this machine. No line moves.
+// Measures how late waits end on this machine, and how long a line takes to move (latency.h).
 void session_test_latency(struct session* session);
 
 bool session_may_go(lamella_v1_RigState from, lamella_v1_RigState to);

@@ -1,7 +1,7 @@
 """An edge, and what is one: a line that is set to the level it has does not move."""
 from typing import NamedTuple
 
-# As a rig stands before a burst. The analyser may stand either way: its first setting counts.
+# As a rig stands before a burst. The analyser may stand either way: its first setting is an edge.
 START_LEVELS = {"BLANK": 1, "LATCH": 0, "TRIGGER": 0, "LAMP": 0}
 
 

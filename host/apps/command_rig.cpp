@@ -149,7 +149,8 @@ void print_status(const LinkClient& client, const v1::Status& status, const RigA
                  {{"waits", status.latency().waits()},
                   {"median_us", status.latency().median_us()},
                   {"p99_us", status.latency().p99_us()},
-                  {"highest_us", status.latency().highest_us()}}},
+                  {"highest_us", status.latency().highest_us()},
+                  {"lead_us", status.latency().lead_us()}}},
                 {"bursts_held", status.bursts_held()},
                 {"hal", client.welcome().hal()},
                 {"firmware", client.welcome().firmware_version()}});

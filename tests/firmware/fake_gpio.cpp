@@ -24,11 +24,9 @@ std::vector<std::string> names_of(struct gpiod_line_bulk* bulk) {
   return names;
 }
 
-int drive(struct gpiod_line_bulk* bulk, const int* values) {
-  const std::vector<std::string> names = names_of(bulk);
-  std::map<std::string, int> driven;
-  for (size_t i = 0; i < names.size(); i++) chip.levels[names[i]] = driven[names[i]] = values[i];
-  chip.driven.push_back(driven);
+int drive(struct gpiod_line* line, int level) {
+  chip.levels[name_of(line)] = level;
+  chip.driven.emplace_back(name_of(line), level);
   return 0;
 }
 
@@ -61,27 +59,30 @@ struct gpiod_line* gpiod_chip_find_line(struct gpiod_chip*, const char* name) {
   return reinterpret_cast<gpiod_line*>(const_cast<std::string*>(&*names.insert(name).first));
 }
 
-int gpiod_line_request_bulk_output(struct gpiod_line_bulk* bulk, const char*, const int* values) {
+int gpiod_line_request_output(struct gpiod_line* line, const char*, int level) {
   if (fake_gpio_fails()) return -1;
   errno = EBUSY;
-  return chip.busy ? -1 : drive(bulk, values);
+  if (chip.busy) return -1;
+  chip.held.insert(name_of(line));
+  return drive(line, level);
 }
 
-int gpiod_line_set_value_bulk(struct gpiod_line_bulk* bulk, const int* values) {
+int gpiod_line_set_value(struct gpiod_line* line, int level) {
   if (fake_gpio_fails()) return -1;
-  return chip.broken ? -1 : drive(bulk, values);
+  return chip.broken ? -1 : drive(line, level);
 }
 
-int gpiod_line_request_bulk_both_edges_events(struct gpiod_line_bulk*, const char*) {
+int gpiod_line_request_bulk_both_edges_events(struct gpiod_line_bulk* bulk, const char*) {
   if (fake_gpio_fails()) return -1;
   errno = EBUSY;
-  return chip.busy ? -1 : 0;
-}
-
-int gpiod_line_get_value_bulk(struct gpiod_line_bulk* bulk, int* values) {
-  if (fake_gpio_fails() || chip.deaf) return -1;
-  for (const std::string& name : names_of(bulk)) *values++ = chip.levels[name];
+  if (chip.busy) return -1;
+  for (const std::string& name : names_of(bulk)) chip.held.insert(name);
   return 0;
+}
+
+int gpiod_line_get_value(struct gpiod_line* line) {
+  if (fake_gpio_fails() || chip.deaf) return -1;
+  return chip.levels[name_of(line)];
 }
 
 int gpiod_line_event_wait_bulk(struct gpiod_line_bulk* bulk, const struct timespec*,
@@ -108,5 +109,7 @@ int gpiod_line_event_read(struct gpiod_line*, struct gpiod_line_event* event) {
   return 0;
 }
 
-void gpiod_line_release_bulk(struct gpiod_line_bulk*) { chip.released++; }
+void gpiod_line_release_bulk(struct gpiod_line_bulk* bulk) {
+  for (const std::string& name : names_of(bulk)) chip.held.erase(name);
+}
 }

@@ -4,7 +4,9 @@
 
 #include <deque>
 #include <map>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 struct FakeGpio {
@@ -13,11 +15,12 @@ struct FakeGpio {
     bool level;
     double at_us;
   };
-  std::map<std::string, int> levels;               // of every line, driven or pulled
-  std::vector<std::string> asked;                  // lines looked for, in order
-  std::vector<std::map<std::string, int>> driven;  // each time outputs were set or requested
-  std::deque<Edge> edges;                          // not yet read
-  int opened = 0, released = 0, closed = 0;
+  std::map<std::string, int> levels;                // of every line, driven or pulled
+  std::vector<std::string> asked;                   // lines looked for, in order
+  std::vector<std::pair<std::string, int>> driven;  // each line that was set, or requested with it
+  std::multiset<std::string> held;                  // lines that were requested and not released
+  std::deque<Edge> edges;                           // not yet read
+  int opened = 0, closed = 0;
   int calls = 0, failing_call = -1;  // counts every call that may fail; this one does
   std::string unknown_line;
   bool busy = false, broken = false, deaf = false;

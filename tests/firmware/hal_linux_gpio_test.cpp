@@ -14,7 +14,7 @@ extern "C" {
 
 namespace {
 
-using Levels = std::map<std::string, int>;
+using Driven = std::vector<std::pair<std::string, int>>;
 
 class LinuxLines : public testing::Test {
  protected:
@@ -66,24 +66,22 @@ class LinuxBoard : public testing::Test {
 
 TEST_F(LinuxLines, AreRequestedWithTheirLevelsSoThatNoLightFlashes) {
   ASSERT_EQ(open(), LAM_OK);
-  EXPECT_EQ(fake_gpio().driven, std::vector<Levels>({{{"BLANK", 1}, {"LATCH", 0}}}));
+  EXPECT_EQ(fake_gpio().driven, Driven({{"BLANK", 1}, {"LATCH", 0}}));
   EXPECT_EQ(fake_gpio().asked, std::vector<std::string>({"BLANK", "LATCH"}));
 }
 
-TEST_F(LinuxLines, SettingOneLeavesTheOthersAsTheyWere) {
+TEST_F(LinuxLines, SettingOneMovesNoOther) {
   ASSERT_EQ(open(), LAM_OK);
   ASSERT_EQ(linux_outputs_set(&lines_, 1, true, &at_us_), LAM_OK);
   ASSERT_EQ(linux_outputs_set(&lines_, 0, false, &at_us_), LAM_OK);
-  EXPECT_EQ(fake_gpio().driven, std::vector<Levels>({{{"BLANK", 1}, {"LATCH", 0}},
-                                                     {{"BLANK", 1}, {"LATCH", 1}},
-                                                     {{"BLANK", 0}, {"LATCH", 1}}}));
+  EXPECT_EQ(fake_gpio().driven, Driven({{"BLANK", 1}, {"LATCH", 0}, {"LATCH", 1}, {"BLANK", 0}}));
   EXPECT_GT(at_us_, 0);
 }
 
 TEST_F(LinuxLines, ALineThatTheRigHasNotIsSetWithoutAnEffect) {
   ASSERT_EQ(open(), LAM_OK);
   ASSERT_EQ(linux_outputs_set(&lines_, 2, true, &at_us_), LAM_OK);
-  EXPECT_EQ(fake_gpio().driven.size(), 1u);
+  EXPECT_EQ(fake_gpio().driven.size(), 2u);
 }
 
 TEST_F(LinuxLines, AMissingChipIsNamed) {
@@ -110,14 +108,12 @@ TEST_F(LinuxLines, OneThatDoesNotMoveIsAnError) {
   ASSERT_EQ(open(), LAM_OK);
   fake_gpio().broken = true;
   EXPECT_EQ(linux_outputs_set(&lines_, 1, true, &at_us_), LAM_HARDWARE);
-  EXPECT_EQ(linux_outputs_apply(&lines_), LAM_HARDWARE);
 }
 
 TEST_F(LinuxBoard, ClaimsTheLightsDark) {
   claim();
   EXPECT_EQ(fake_gpio().driven,
-            std::vector<Levels>(
-                {{{"BLANK", 1}, {"LATCH", 0}, {"TRIGGER", 0}, {"LAMP", 0}, {"ANALYSER", 0}}}));
+            Driven({{"BLANK", 1}, {"LATCH", 0}, {"TRIGGER", 0}, {"LAMP", 0}, {"ANALYSER", 0}}));
 }
 
 TEST_F(LinuxBoard, ARigFileOfASimulatedRigIsRefused) {
@@ -126,15 +122,19 @@ TEST_F(LinuxBoard, ARigFileOfASimulatedRigIsRefused) {
   EXPECT_TRUE(fake_gpio().driven.empty());
 }
 
-TEST_F(LinuxBoard, ASupervisorDarkensTheLightsAndMovesNothingElse) {
+TEST_F(LinuxBoard, ASupervisorDarkensTheLightsShutsTheCamerasAndMovesNothingElse) {
   claim();
-  // What the sequencer did before it died, unknown to this process.
-  fake_gpio().levels["BLANK"] = 0;
-  fake_gpio().levels["LAMP"] = 1;
-  fake_gpio().levels["ANALYSER"] = 1;
+  fake_gpio().driven.clear();
   ASSERT_EQ(hal_linux_darken(&board_), LAM_OK);
-  EXPECT_EQ(fake_gpio().driven.back(),
-            Levels({{"BLANK", 1}, {"LATCH", 0}, {"TRIGGER", 0}, {"LAMP", 0}, {"ANALYSER", 1}}));
+  EXPECT_EQ(fake_gpio().driven, Driven({{"BLANK", 1}, {"LAMP", 0}, {"TRIGGER", 0}}));
+}
+
+TEST_F(LinuxBoard, ALampIsDarkenedWhereBlankCannotBeSet) {
+  claim();
+  set(HAL_LAMP, true);
+  fake_gpio().failing_call = fake_gpio().calls;
+  EXPECT_EQ(hal_linux_darken(&board_), LAM_HARDWARE);
+  EXPECT_EQ(fake_gpio().levels["LAMP"], 0);
 }
 
 TEST_F(LinuxBoard, ALightIsOnAsTheLinesSayOrWhereTheyCannotBeRead) {

@@ -1,6 +1,7 @@
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sched.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <fstream>
@@ -56,19 +57,6 @@ TEST(LinuxTimeDeathTest, AProcessorThatIsNotThereIsReportedByItsKey) {
 
 namespace {
 
-bool is_memory_locked() {
-#ifdef LAMELLA_SANITIZED
-  return true;  // a sanitizer's mlockall() locks nothing and says that it did
-#else
-  std::ifstream status("/proc/self/status");
-  for (std::string word; status >> word;) {
-    long kilobytes = 0;
-    if (word == "VmLck:" && status >> kilobytes) return kilobytes > 0;
-  }
-  return false;
-#endif
-}
-
 // What the kernel keeps to, whoever asked for it.
 bool is_deep_sleep_forbidden() {
   const int fd = open("/dev/cpu_dma_latency", O_RDONLY | O_CLOEXEC);
@@ -87,7 +75,7 @@ int settings_not_had(const struct rig_linux& board) {
   const bool pinned = CPU_COUNT(&cpus) == 1 && CPU_ISSET(int(board.cpu), &cpus);
   const bool fifo = (sched_getscheduler(0) & ~SCHED_RESET_ON_FORK) == SCHED_FIFO &&
                     param.sched_priority == int(board.priority);
-  return !pinned + !fifo + !is_memory_locked() + !is_deep_sleep_forbidden();
+  return !pinned + !fifo + !is_deep_sleep_forbidden();
 }
 
 }  // namespace
@@ -108,3 +96,42 @@ TEST(LinuxTimeDeathTest, EverySettingIsHadAsTheKernelSaysOrReported) {
       },
       testing::ExitedWithCode(0), "missing");
 }
+
+// A sanitizer's mlockall() locks nothing and says that it did.
+#ifndef LAMELLA_SANITIZED
+namespace {
+
+long locked_kilobytes() {
+  std::ifstream status("/proc/self/status");
+  for (std::string word; status >> word;) {
+    long kilobytes = 0;
+    if (word == "VmLck:" && status >> kilobytes) return kilobytes;
+  }
+  return 0;
+}
+
+// As a user who is not root and may lock so much.
+enum lam_status lock_memory(rlim_t most_bytes, char error[160]) {
+  const rlimit limit = {most_bytes, most_bytes};
+  if (setrlimit(RLIMIT_MEMLOCK, &limit) != 0) return LAM_WRONG_STATE;
+  if (getuid() == 0 && setuid(65534) != 0) return LAM_WRONG_STATE;
+  return linux_memory_lock(error);
+}
+
+}  // namespace
+
+TEST(LinuxTimeDeathTest, MemoryIsLockedOrRefusedWithTheLimitAndWhatToDo) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  char error[160] = "";
+  EXPECT_EXIT(
+      {
+        const enum lam_status status = lock_memory(64 << 10, error);
+        fputs(error, stderr);
+        _exit(status == LAM_HARDWARE ? 7 : 0);
+      },
+      testing::ExitedWithCode(7),
+      "limit is 64 KiB: set LimitMEMLOCK=infinity in the unit, or ulimit");
+  EXPECT_EXIT(_exit((linux_memory_lock(error) == LAM_OK) == (locked_kilobytes() > 0) ? 7 : 0),
+              testing::ExitedWithCode(7), "");
+}
+#endif

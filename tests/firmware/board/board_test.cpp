@@ -61,6 +61,7 @@ class Board : public testing::Test {
   }
   void expect_nothing_held() {
     EXPECT_EQ(fake_gpio().opened, fake_gpio().closed);
+    EXPECT_TRUE(fake_gpio().held.empty()) << *fake_gpio().held.begin();
     EXPECT_EQ(fake_board.open_files, 0);
   }
 
@@ -135,7 +136,7 @@ TEST_F(Board, EachCallThatOpensItFailsOnceAndNothingStaysHeld) {
     }
     expect_nothing_held();
   }
-  EXPECT_EQ(settings, 5) << "processor, SCHED_FIFO, memory, opening and writing the latency's file";
+  EXPECT_EQ(settings, 4) << "processor, SCHED_FIFO, opening and writing the latency's file";
   EXPECT_GE(failures, 20);
 }
 
@@ -159,10 +160,83 @@ TEST_F(Board, EachCallOfABurstFailsOnceAndIsToldInOneLine) {
   EXPECT_GE(failures, 20);
 }
 
+TEST_F(Board, MemoryThatMayNotBeLockedIsARefusalThatSaysWhatToDo) {
+  fake_board.may_lock = false;
+  EXPECT_EQ(open(), LAM_HARDWARE);
+  const std::string error = hal.error;
+  EXPECT_NE(error.find("Cannot allocate memory"), std::string::npos) << error;
+  EXPECT_NE(error.find("ulimit -l unlimited"), std::string::npos) << error;
+  expect_nothing_held();
+}
+
 TEST_F(Board, ATemperatureThatIsNoNumberIsAnError) {
   fake_board.temperature = "warm\n";
   EXPECT_EQ(open(), LAM_HARDWARE);
   EXPECT_NE(std::string(hal.error).find("/fake/temperature"), std::string::npos) << hal.error;
+}
+
+TEST_F(Board, ADisplayOrACameraThatIsNotThereIsNamedAndNothingStaysHeld) {
+  struct rig_linux* board = &rig_.board;
+  std::strcpy(board->display_device, "/dev/dri/none");
+  EXPECT_EQ(open(), LAM_HARDWARE);
+  EXPECT_NE(std::string(hal.error).find("/dev/dri/none"), std::string::npos) << hal.error;
+  expect_nothing_held();
+  board->display_device[0] = '\0';
+  std::strcpy(board->camera_left, "v4l2:/dev/none");
+  std::strcpy(board->camera_trigger, "fixed");
+  rig_.sensor.format = raw_format_find("GREY");
+  EXPECT_EQ(open(), LAM_HARDWARE);
+  EXPECT_NE(std::string(hal.error).find("/dev/none"), std::string::npos) << hal.error;
+  expect_nothing_held();
+}
+
+TEST_F(Board, WhatADisplayThatIsGoneSaysIsTheBoardsError) {
+  ASSERT_EQ(open(), LAM_OK) << hal.error;
+  double at_us = 0;
+  board_.has_display = true;
+  board_.display.fd = -1;
+  EXPECT_EQ(hal.prepare(&board_, &at_us), LAM_HARDWARE);
+  EXPECT_NE(std::string(hal.error).find("vblank"), std::string::npos) << hal.error;
+  hal.error[0] = '\0';
+  EXPECT_EQ(hal.commit_pattern(&board_, {lamella_v1_PatternSpan_Kind_BLACK, 0}, &at_us),
+            LAM_HARDWARE);
+  EXPECT_STRNE(hal.error, "");
+  EXPECT_FALSE(hal.flipped(&board_, &at_us));
+  hal.close(&board_);
+}
+
+TEST_F(Board, ACameraThatCannotBeArmedIsToldBeforeABurstBegins) {
+  ASSERT_EQ(open(), LAM_OK) << hal.error;
+  struct linux_camera* camera = &board_.cameras[1];
+  *camera = {};
+  camera->self = camera;
+  camera->arm = [](void* self) {
+    std::strcpy(static_cast<linux_camera*>(self)->error, "right camera: it sleeps");
+    return LAM_HARDWARE;
+  };
+  camera->disarm = camera->close = [](void*) {};
+  board_.has_camera[1] = true;
+  double at_us = 0;
+  EXPECT_EQ(hal.prepare(&board_, &at_us), LAM_HARDWARE);
+  EXPECT_STREQ(hal.error, "right camera: it sleeps");
+  hal.close(&board_);
+}
+
+TEST_F(Board, APhotographThatIsNotTakenYetIsRefused) {
+  ASSERT_EQ(open(), LAM_OK) << hal.error;
+  struct linux_camera* camera = &board_.cameras[0];
+  *camera = {};
+  camera->read = [](void*, const linux_shot*, hal_photograph*) { return LAM_OK; };
+  camera->close = [](void*) {};
+  board_.has_camera[0] = true;
+  hal_photograph photograph = {};
+  double at_us = 0;
+  EXPECT_EQ(hal.read_photograph(&board_, 0, 0, &photograph), LAM_HARDWARE);
+  EXPECT_STREQ(photograph.error, "a photograph was asked for before it was taken");
+  hal.set_line(&board_, HAL_TRIGGER, true, &at_us);
+  hal.set_line(&board_, HAL_TRIGGER, false, &at_us);
+  EXPECT_EQ(hal.read_photograph(&board_, 0, 0, &photograph), LAM_OK);
+  hal.close(&board_);
 }
 
 TEST_F(Board, WithoutADisplayAPatternIsRefusedWithTheKeyThatIsMissing) {

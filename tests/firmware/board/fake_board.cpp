@@ -3,6 +3,7 @@
 #include <linux/spi/spidev.h>
 #include <sched.h>
 
+#include <cerrno>
 #include <cstdarg>
 #include <cstring>
 
@@ -94,6 +95,8 @@ int __wrap_sched_setscheduler(pid_t, int policy, const sched_param* param) {
 
 int __wrap_mlockall(int flags) {
   if (fake_gpio_fails()) return -1;
+  errno = ENOMEM;
+  if (!fake_board.may_lock) return -1;
   fake_board.locked = flags;
   return 0;
 }

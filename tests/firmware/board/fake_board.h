@@ -11,6 +11,7 @@ struct FakeBoard {
   int open_files = 0;
   std::vector<uint8_t> shifted;  // the last frame that the LED chain got
   std::string temperature = "45000\n";
+  bool may_lock = true;  // memory
   // Settings for the sequencer's time, as asked for.
   int cpu = -1, policy = -1, priority = -1, locked = -1, latency_us = -1;
 };

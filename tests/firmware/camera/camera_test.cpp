@@ -48,6 +48,12 @@ FakeFrame frame(uint32_t sequence, double stamp_us, uint8_t grey) {
   return {sequence, stamp_us, std::vector<uint8_t>(kWidth * kHeight, grey)};
 }
 
+// A plug-in's opener.
+enum lam_status open_nothing(struct linux_frames* frames, const struct linux_frames_wish* wish) {
+  std::snprintf(frames->error, sizeof frames->error, "nothing at %s", wish->device);
+  return LAM_HARDWARE;
+}
+
 class Camera : public testing::Test {
  protected:
   void SetUp() override {
@@ -262,6 +268,25 @@ TEST_F(Camera, RowsWithPaddingAreRead) {
   EXPECT_EQ(bytes_[7] & 15, 0);
 }
 
+TEST_F(Camera, RowsShorterThanTheirPixelsAreRefused) {
+  fake_v4l2.stride = kWidth - 1;
+  EXPECT_EQ(open(), LAM_HARDWARE);
+  EXPECT_NE(error().find("its rows are shorter than its pixels"), std::string::npos) << error();
+}
+
+TEST_F(Camera, AWakeUpWithoutAFrameIsNoFrame) {
+  arm();
+  fake_v4l2.poll_events = POLLIN;
+  EXPECT_EQ(read(0), LAM_DROPPED);
+  EXPECT_NE(error().find("no frame of shot 0"), std::string::npos) << error();
+}
+
+TEST_F(Camera, WithoutMemoryThereIsNoCamera) {
+  fake_v4l2.no_memory = true;
+  EXPECT_EQ(open(), LAM_HARDWARE);
+  EXPECT_EQ(error(), "no memory for a camera");
+}
+
 TEST_F(Camera, ANodeThatCapturesNothingIsRefused) {
   fake_v4l2.capabilities = V4L2_CAP_VIDEO_OUTPUT | V4L2_CAP_STREAMING;
   EXPECT_EQ(open(), LAM_HARDWARE);
@@ -284,6 +309,16 @@ TEST_F(Camera, WithoutThePluginALibcameraCameraSaysWhatIsMissing) {
   std::strcpy(rig_.board.camera_left, "libcamera:/base/imx296");
   EXPECT_EQ(open(), LAM_HARDWARE);
   EXPECT_NE(error().find("lamella-libcamera.so"), std::string::npos) << error();
+}
+
+TEST_F(Camera, APluginOfAnotherVersionIsRefusedAndOneOfThisIsAsked) {
+  std::strcpy(rig_.board.camera_left, "libcamera:/base/imx296");
+  fake_v4l2.plugin = {LINUX_FRAMES_ABI + 1, open_nothing};
+  EXPECT_EQ(open(), LAM_HARDWARE);
+  EXPECT_NE(error().find("of another version"), std::string::npos) << error();
+  fake_v4l2.plugin.abi = LINUX_FRAMES_ABI;
+  EXPECT_EQ(open(), LAM_HARDWARE);
+  EXPECT_EQ(error(), "left camera: nothing at /base/imx296");
 }
 
 // The trigger's mode.
@@ -363,6 +398,13 @@ TEST_F(Camera, AUsbCameraIsToldItsExposureInTheUnitsThatV4l2Gives) {
   rig_.sensor.exposure_step_us = 9.1;
   EXPECT_EQ(open(), LAM_BAD_INPUT);
   EXPECT_NE(error().find("'camera.exposure_step_us = 100'"), std::string::npos) << error();
+}
+
+TEST_F(Camera, AnEdgeTriggeredCameraWithoutAStepOfExposureIsABadInput) {
+  rig_.sensor.edge_triggered = true;
+  rig_.sensor.exposure_step_us = 0;
+  EXPECT_EQ(open(), LAM_BAD_INPUT);
+  EXPECT_NE(error().find("camera.exposure_step_us"), std::string::npos) << error();
 }
 
 TEST_F(Camera, TheStampOfAnEdgeTriggeredFrameCountsFromItsEdge) {

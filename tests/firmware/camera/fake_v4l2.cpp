@@ -211,4 +211,22 @@ int __wrap_munmap(void* at, size_t size) {
   }
   return __real_munmap(at, size);
 }
+
+void* __real_calloc(size_t count, size_t size);
+void* __wrap_calloc(size_t count, size_t size) {
+  return fake.no_memory ? nullptr : __real_calloc(count, size);
+}
+
+void* __real_dlopen(const char* path, int flags);
+void* __wrap_dlopen(const char* path, int flags) {
+  return fake.plugin.open != nullptr ? &fake.plugin : __real_dlopen(path, flags);
+}
+
+void* __real_dlsym(void* library, const char* name);
+void* __wrap_dlsym(void* library, const char* name) {
+  return library == &fake.plugin ? library : __real_dlsym(library, name);
+}
+
+int __real_dlclose(void* library);
+int __wrap_dlclose(void* library) { return library == &fake.plugin ? 0 : __real_dlclose(library); }
 }

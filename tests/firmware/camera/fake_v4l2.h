@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "hal_linux_frames.h"
+
 struct FakeFrame {
   uint32_t sequence;
   double stamp_us;
@@ -29,6 +31,8 @@ struct FakeV4l2 {
   std::map<std::string, std::string> files;     // under /sys
   std::deque<FakeFrame> frames;                 // yet to come
   short poll_events = 0;                        // forced where not 0
+  bool no_memory = false;                       // calloc() gives none
+  linux_frames_plugin plugin = {0, nullptr};    // what dlopen() finds, where it opens something
 
   bool streams = false;
   size_t buffer_bytes = 0;

@@ -3,7 +3,6 @@
 
 #include <cerrno>
 #include <cstring>
-#include <map>
 #include <string>
 #include <vector>
 
@@ -37,14 +36,10 @@ namespace {
 FakeGpio chip;
 std::vector<std::string> names;  // by offset
 
-int drive(const std::vector<unsigned>& offsets, const gpiod_line_value* values) {
-  std::map<std::string, int> driven;
-  for (size_t i = 0; i < offsets.size(); i++) {
-    chip.levels[names[offsets[i]]] = values[i] == GPIOD_LINE_VALUE_ACTIVE;
-  }
-  // As libgpiod 1.6 tells it: every line of the request.
-  for (unsigned offset : offsets) driven[names[offset]] = chip.levels[names[offset]];
-  chip.driven.push_back(driven);
+int drive(unsigned offset, gpiod_line_value value) {
+  const int level = value == GPIOD_LINE_VALUE_ACTIVE;
+  chip.levels[names[offset]] = level;
+  chip.driven.emplace_back(names[offset], level);
   return 0;
 }
 
@@ -130,34 +125,22 @@ struct gpiod_line_request* gpiod_chip_request_lines(struct gpiod_chip*,
   const bool outputs = first.direction == GPIOD_LINE_DIRECTION_OUTPUT;
   errno = EINVAL;
   if (!outputs && first.edge != GPIOD_LINE_EDGE_BOTH) return nullptr;
-  std::vector<gpiod_line_value> values;
-  for (const gpiod_line_settings& settings : config->settings) values.push_back(settings.value);
-  if (outputs) drive(config->offsets, values.data());
+  for (size_t i = 0; i < config->offsets.size(); i++) {
+    chip.held.insert(names[config->offsets[i]]);
+    if (outputs) drive(config->offsets[i], config->settings[i].value);
+  }
   return new gpiod_line_request{config->offsets, outputs};
 }
 
 void gpiod_line_request_release(struct gpiod_line_request* request) {
-  chip.released++;
+  for (unsigned offset : request->offsets) chip.held.erase(names[offset]);
   delete request;
 }
 
 int gpiod_line_request_set_value(struct gpiod_line_request* request, unsigned offset,
                                  gpiod_line_value value) {
   if (fake_gpio_fails() || chip.broken || !request->outputs) return -1;
-  std::vector<gpiod_line_value> values;
-  for (unsigned other : request->offsets) {
-    const bool level = chip.levels[names[other]] != 0;
-    values.push_back(other == offset ? value
-                     : level         ? GPIOD_LINE_VALUE_ACTIVE
-                                     : GPIOD_LINE_VALUE_INACTIVE);
-  }
-  return drive(request->offsets, values.data());
-}
-
-int gpiod_line_request_set_values(struct gpiod_line_request* request,
-                                  const gpiod_line_value* values) {
-  if (fake_gpio_fails() || chip.broken || !request->outputs) return -1;
-  return drive(request->offsets, values);
+  return drive(offset, value);
 }
 
 int gpiod_line_request_get_values(struct gpiod_line_request* request, gpiod_line_value* values) {
