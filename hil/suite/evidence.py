@@ -23,6 +23,7 @@ class Burst(NamedTuple):
     frames: Optional[list] = None
     codes: Optional[list] = None
     vcd_file: Optional[str] = None
+    interrupts_ns: tuple = ()  # when the kernel began to do other work on the player's processor
 
 
 class Light(NamedTuple):

@@ -3,6 +3,7 @@ import re
 import shutil
 import subprocess
 
+from suite import coverage
 from suite.controls import FAULTS
 from suite.evidence import Burst, Evidence, Light, read_record
 from witness import compare, kernel_trace, led_chain, plan, vcd
@@ -90,13 +91,16 @@ def _burst(out, key):
     if _text(folder / "exit").strip() != "0":
         raise MachineError(f"{key}: the player failed: {_text(folder / 'errors').strip()}")
     _refuse_lost_events(key, _text(folder / "stats"))
-    edges = kernel_trace.edges((folder / "trace").read_bytes(),
+    pages = (folder / "trace").read_bytes()
+    edges = kernel_trace.edges(pages,
                                kernel_trace.read_format(_text(out / "machine/gpio_value.format")),
                                kernel_trace.read_line_names(_text(out / "machine/gpio")))
+    interrupt = kernel_trace.read_format(_text(out / "machine/irq_handler_entry.format"))
     vcd_file = folder / "lines.vcd"
     vcd.write(vcd_file, edges, BUS + compare.LINES)
     return Burst(edges, compare.LINES, read_record(_text(folder / "record")),
-                 frames=led_chain.frames(edges), vcd_file=str(vcd_file))
+                 frames=led_chain.frames(edges), vcd_file=str(vcd_file),
+                 interrupts_ns=kernel_trace.times_ns(pages, interrupt))
 
 
 def _light(out, key):
@@ -115,3 +119,12 @@ def read(root, programs, out):
                     {key: _burst(out, key) for key in (*BURSTS, *FAULTS)},
                     {key: _light(out, key) for key in LIGHTS}, machine, BURSTS,
                     plan.read(rigd, crossed_file, root / "proto"), out)
+
+
+def lines_run(root, cache, kernel, out):
+    """How much of the firmware's door to the kernel the boot of counted.d ran."""
+    if not (out / "counted/exit").exists() or _text(out / "counted/exit").strip() != "0":
+        raise MachineError(f"the burst that counts its lines failed: see {console(out, 'counted.d')}")
+    objects = cache / kernel / "counted/firmware/CMakeFiles/lamella_firmware.dir"
+    ran = coverage.read(objects, out / "counted/lines", out / "counted/gcov")
+    return coverage.lines_run(ran, sorted(path.name for path in (root / "firmware").glob("hal_linux*.c")))

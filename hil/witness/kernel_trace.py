@@ -1,10 +1,10 @@
-"""Kernel events gpio:gpio_value to edges of named lines."""
+"""Kernel events: gpio:gpio_value to edges of named lines, and the times of others."""
 import re
 import struct
 from typing import NamedTuple
 
 from witness import ring_buffer
-from witness.edges import Edge, changes
+from witness.edges import START_LEVELS, Edge, changes
 
 
 class EventFormat(NamedTuple):
@@ -36,7 +36,12 @@ def settings(pages, event_format, names):
             yield Edge(t_ns, names[number], int(value != 0))
 
 
+def times_ns(pages, event_format):
+    """When events of one kind happened."""
+    return tuple(t_ns for t_ns, payload in ring_buffer.events(pages)
+                 if struct.unpack_from("<H", payload)[0] == event_format.id)
+
+
 def edges(pages, event_format, names):
-    """Every change of a named line; its first setting is the level that it starts from."""
-    every = list(settings(pages, event_format, names))
-    return changes(every, {setting.line: setting.value for setting in reversed(every)})
+    """Every change of a named line of a rig that was at rest."""
+    return changes(settings(pages, event_format, names), START_LEVELS)
