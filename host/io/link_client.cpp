@@ -371,6 +371,7 @@ Break LinkClient::more_edges(const Burst& burst, v1::TimingEdges* timing) {
     if (part.total_edges() > kMaxEdges) fail("has " + number(part.total_edges()) + " edges");
     timing->set_total_edges(part.total_edges());
     timing->set_zero_us(part.zero_us());
+    *timing->mutable_latency() = part.latency();
     timing->mutable_edges()->MergeFrom(part.edges());
     if (part.edges_size() == 0 && part.first_edge() < part.total_edges()) {
       return "no edges came where there should be more";

@@ -206,6 +206,7 @@ v1::TimingEdges StoreFolder::timing(const Burst& burst) {
   while (bytes && take_record(&*bytes, &page)) {
     timing.set_total_edges(page.total_edges());
     timing.set_zero_us(page.zero_us());
+    *timing.mutable_latency() = page.latency();
     timing.mutable_edges()->MergeFrom(page.edges());
   }
   return timing;

@@ -297,6 +297,7 @@ void FakeRig::answer_timing(const v1::Request& request, Socket* socket) {
   const size_t first = request.timing().first_edge();
   timing->set_first_edge(uint32_t(first));
   timing->set_total_edges(uint32_t(edges_.size()));
+  timing->mutable_latency()->set_lead_us(1.5);
   for (size_t i = first; i < std::min(first + 64, edges_.size()); ++i) {
     *timing->add_edges() = edges_[i];
   }

@@ -91,6 +91,7 @@ TEST(LinkClient, CollectsTheTimingInParts) {
   const v1::TimingEdges timing = client.timing(client.run_burst("sphere"));
   ASSERT_EQ(timing.edges_size(), 150);
   EXPECT_EQ(timing.edges(149).planned_us(), 149);
+  EXPECT_EQ(timing.latency().lead_us(), 1.5);
 }
 
 TEST(LinkClient, GoesOnFromTheByteItHadReachedAfterACut) {

@@ -44,6 +44,7 @@ TEST(StoreFolder, ReadsAWholeBurstThatTheFirmwareWrote) {
   ASSERT_EQ(timing.edges_size(), 100);
   EXPECT_EQ(timing.edges(99).planned_us(), 99);
   EXPECT_EQ(timing.zero_us(), 5);
+  EXPECT_EQ(timing.latency().lead_us(), 1.5);
 }
 
 TEST(StoreFolder, ExplainsABurstThatEndedInAFault) {

@@ -11,7 +11,11 @@ enum { kEdges = 100 };
 
 static void fill_timing(const void* context, uint32_t first, lamella_v1_TimingEdges* page) {
   (void)context;
-  *page = (lamella_v1_TimingEdges){.first_edge = first, .total_edges = kEdges, .zero_us = 5};
+  *page = (lamella_v1_TimingEdges){.first_edge = first,
+                                   .total_edges = kEdges,
+                                   .zero_us = 5,
+                                   .has_latency = true,
+                                   .latency = {.waits = 300, .lead_us = 1.5}};
   for (; first < kEdges && page->edges_count < 64; first++) {
     page->edges[page->edges_count++].planned_us = first;
   }
