@@ -77,6 +77,7 @@ static bool trigger(struct hal_sim* sim, bool level, double t_us) {
 
 static void lights_off(void* self) {
   struct hal_sim* sim = self;
+  sim->playing = false;
   pthread_mutex_lock(&sim->light_lock);
   sim_light_blank(&sim->light, true, now_us(sim));
   sim_light_lamp(&sim->light, false, now_us(sim));
@@ -92,6 +93,7 @@ static enum lam_status resume(void* self, double* zero_us) {
     wait_until_us(sim, sim->light.moves[moves - 1].to_us + sim->rig->analyser_settle_us);
   }
   sim->triggered = sim->flip_pending = sim->move_pending = false;
+  sim->playing = true;
   *zero_us = next_vblank_us(sim, now_us(sim));
   wait_until_us(sim, *zero_us);
   sim->last_vblank_us = *zero_us;
@@ -133,7 +135,7 @@ static enum lam_status set_line(void* self, enum hal_line line, bool level, doub
   *at_us = now_us(sim);
   bool room = loop_back(sim, line, level, *at_us);
   if (line == HAL_BLANK) room = room && sim_light_blank(&sim->light, level, *at_us);
-  if (line == HAL_LATCH && level) room = room && sim_light_latch(&sim->light, *at_us);
+  if (line == HAL_LATCH) room = room && sim_light_latch(&sim->light, level, *at_us);
   if (line == HAL_TRIGGER) room = room && trigger(sim, level, *at_us);
   if (line == HAL_READY || line == HAL_BUZZER) signal_operator(sim, line, level, *at_us);
   if (line == HAL_LAMP) room = room && sim_light_lamp(&sim->light, level, *at_us);
@@ -144,7 +146,7 @@ static enum lam_status shift_leds(void* self, const uint8_t stream[CHAIN_BYTES],
                                   uint8_t pushed_out[CHAIN_BYTES], double* at_us) {
   struct hal_sim* sim = self;
   uint8_t wire[CHAIN_BYTES];
-  if (sim->shift_count++ == sim->faults.broken_shift) {
+  if (sim->playing && sim->shift_count++ == sim->faults.broken_shift) {
     return fail(sim, "the LED chain's bus did not take a frame");
   }
   memcpy(wire, stream, CHAIN_BYTES);

@@ -39,6 +39,7 @@ struct hal_sim {
   struct sim_shot shots[SIM_MAX_EVENTS];
   size_t shot_count;  // another thread may read photographs of earlier shots
   bool triggered;
+  bool playing;                                   // since the burst's zero, until lights off
   double zero_us;                                 // of the burst
   int pulse_count;                                // times that BLANK fell in this burst
   int shift_count;                                // LED frames sent in this burst

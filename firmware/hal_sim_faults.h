@@ -10,6 +10,7 @@ struct sim_faults {
   int stuck_bit;             // of every stream: arrives as 1; -1: none
   int missing_chip;          // the wires go past this one; -1: none
   int broken_chip;           // passes no bit on to the next; -1: none
+  int forgetful_chip;        // takes no functions, where chips have some; -1: none
   int dead_led, weak_led;    // -1: none; a weak one gives half its light
   int swapped_leds[2];       // each is wired where the other should be; -1: none
   double late_blank_us;      // BLANK falls this much late
@@ -29,11 +30,12 @@ struct sim_faults {
 extern const struct sim_faults kSimNoFaults;
 
 // What sim_faults_parse() reads, for a usage text.
-#define SIM_FAULT_NAMES                                                             \
-  "    flip-bit:N stuck-bit:N missing-chip:N broken-chip:N dead-led:N weak-led:N\n" \
-  "    swapped-leds:N:M late-blank:US[:PULSE] drop-frame:SHOT missing-camera:N\n"   \
-  "    slow-actuator:FACTOR stuck-actuator spi-error:FRAME frozen-projector\n"      \
-  "    estop hot:CELSIUS begin:US press:AT_US:FOR_US\n"
+#define SIM_FAULT_NAMES                                                        \
+  "    flip-bit:N stuck-bit:N missing-chip:N broken-chip:N forgetful-chip:N\n" \
+  "    dead-led:N weak-led:N swapped-leds:N:M late-blank:US[:PULSE]\n"         \
+  "    drop-frame:SHOT missing-camera:N slow-actuator:FACTOR stuck-actuator\n" \
+  "    spi-error:FRAME frozen-projector estop hot:CELSIUS begin:US\n"          \
+  "    press:AT_US:FOR_US\n"
 
 // Reads one fault into `faults`. False where it is none.
 bool sim_faults_parse(const char* text, struct sim_faults* faults);

@@ -5,68 +5,15 @@
 
 static const double kPwmSteps = 4096;
 
-// Cells that the bits really pass.
-static size_t chain_length(const struct sim_chain* chain) {
-  return CHAIN_BITS - (chain->missing_chip > 0 ? CHAIN_CHIP_BITS : 0);
-}
-
-// Whether a bit still moves on behind cell `at`: past a broken chip only what was there before.
-static size_t first_cell_after_break(const struct sim_chain* chain) {
-  const size_t length = chain_length(chain);
-  const size_t after = (size_t)chain->broken_chip * CHAIN_CHIP_BITS;
-  return chain->broken_chip > 0 && after < length ? after : length;
-}
-
-// At most the chain's length of bits, the first of them number `from` of the stream.
-static void shift_some(struct sim_chain* chain, const uint8_t* stream, size_t from, size_t count,
-                       uint8_t* pushed_out) {
-  const size_t length = chain_length(chain), after = first_cell_after_break(chain);
-  const bool last_passes_nothing = chain->broken_chip > 0 && after == length;
-  for (size_t j = 0; pushed_out != NULL && j < count; j++) {
-    const size_t bit = from + j, cell = length - 1 - j;
-    const bool passes = !last_passes_nothing && (after == length || cell >= after);
-    if (passes) pushed_out[bit / 8] |= (uint8_t)(chain->cells[cell] << (7 - bit % 8));
-  }
-  memmove(chain->cells + count, chain->cells, length - count);
-  for (size_t j = 0; j < count; j++) {
-    const size_t bit = from + j;
-    chain->cells[count - 1 - j] = stream[bit / 8] >> (7 - bit % 8) & 1;
-  }
-  if (after == length) return;
-  memset(chain->cells + after, 0, after + count < length ? count : length - after);
-}
-
-void sim_chain_shift(struct sim_chain* chain, const uint8_t* stream, size_t bits,
-                     uint8_t* pushed_out) {
-  const size_t length = chain_length(chain);
-  if (pushed_out != NULL) memset(pushed_out, 0, (bits + 7) / 8);
-  for (size_t from = 0; from < bits; from += length) {
-    shift_some(chain, stream, from, bits - from < length ? bits - from : length, pushed_out);
-  }
-}
-
-void sim_chain_latch(struct sim_chain* chain) {
-  memcpy(chain->latched, chain->cells, sizeof chain->latched);
-}
-
-uint16_t sim_chain_code(const struct sim_chain* chain, int chip, int output) {
-  const int missing = chain->missing_chip - 1;
-  if (chain->missing_chip > 0 && chip == missing) return 0;
-  const int place = chain->missing_chip > 0 && chip > missing ? chip - 1 : chip;
-  // Within a driver the cell farthest from its input is the top bit of output 23.
-  const uint8_t* cells = chain->latched + place * CHAIN_CHIP_BITS + output * CHAIN_CODE_BITS;
-  uint16_t code = 0;
-  for (int bit = CHAIN_CODE_BITS - 1; bit >= 0; bit--) code = (uint16_t)(code << 1 | cells[bit]);
-  return code;
-}
-
 void sim_light_init(struct sim_light* light, const struct rig* rig,
                     const struct sim_faults* faults) {
   memset(light, 0, sizeof *light);
   light->rig = rig;
   light->faults = faults;
+  sim_chain_power_up(&light->chain, rig->leds_have_functions);
   light->chain.missing_chip = faults->missing_chip + 1;
   light->chain.broken_chip = faults->broken_chip + 1;
+  light->chain.forgetful_chip = faults->forgetful_chip + 1;
   light->blank = true;
   light->analyser_rad = rig->analyser_parks_crossed ? M_PI_2 : 0;
 }
@@ -112,9 +59,10 @@ bool sim_light_blank(struct sim_light* light, bool level, double t_us) {
   return true;
 }
 
-bool sim_light_latch(struct sim_light* light, double t_us) {
-  sim_chain_latch(&light->chain);
-  if (light->blank) return true;
+bool sim_light_latch(struct sim_light* light, bool level, double t_us) {
+  const bool rises = level && !light->chain.latch;
+  sim_chain_latch(&light->chain, level);
+  if (light->blank || !rises) return true;
   const double counter_zero_us = light->pulses[light->pulse_count - 1].counter_zero_us;
   end_pulse(light, t_us);
   return begin_pulse(light, t_us, counter_zero_us);

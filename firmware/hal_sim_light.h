@@ -6,25 +6,11 @@
 #include <stdbool.h>
 
 #include "hal.h"
+#include "hal_sim_chain.h"
 #include "hal_sim_faults.h"
 #include "rig.h"
 
 enum { SIM_MAX_EVENTS = 128 };
-
-// Seven drivers in a row. Cell 0 is where bits enter; a bit moves one cell on with every clock.
-struct sim_chain {
-  uint8_t cells[CHAIN_BITS];
-  uint8_t latched[CHAIN_BITS];
-  int missing_chip;  // the chip counted from 1 that the wires go past; 0: none
-  int broken_chip;   // the chip counted from 1 that passes nothing on; 0: none
-};
-
-// pushed_out, where it is not NULL, gets as many bits that left the far end.
-void sim_chain_shift(struct sim_chain* chain, const uint8_t* stream, size_t bits,
-                     uint8_t* pushed_out);
-void sim_chain_latch(struct sim_chain* chain);
-// The code that an output's driver now compares its counter with.
-uint16_t sim_chain_code(const struct sim_chain* chain, int chip, int output);
 
 // LED outputs on, with the codes latched then.
 struct sim_pulse {
@@ -70,7 +56,7 @@ void sim_light_restart(struct sim_light* light);
 
 // Events come in order of time; false where a history is full.
 bool sim_light_blank(struct sim_light* light, bool level, double t_us);
-bool sim_light_latch(struct sim_light* light, double t_us);
+bool sim_light_latch(struct sim_light* light, bool level, double t_us);
 bool sim_light_flip(struct sim_light* light, struct hal_pattern pattern, double vblank_us);
 bool sim_light_lamp(struct sim_light* light, bool on, double t_us);
 bool sim_light_move(struct sim_light* light, double to_rad, double from_us, double to_us);

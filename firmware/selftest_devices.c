@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "latency.h"
+#include "led_driver.h"
 #include "selftest.h"
 
 static const double kPieceUs = 20e3;  // how long one piece may wait
@@ -104,7 +105,30 @@ static void judge_bits(struct selftest* test) {
            trial->first_wrong, chip, output, bit);
 }
 
-// The chain is left dark.
+// What the drivers keep besides levels, written anew as the streams went over it.
+static void judge_functions(struct selftest* test) {
+  struct led_functions functions;
+  const enum lam_status status = led_driver_ready(test->hal, test->rig, &functions);
+  if (functions.compared == 0 && status == LAM_OK) {
+    selftest_skip(test, "wrong function bits", "a tlc5947 has no functions");
+    return;
+  }
+  if (functions.wrong == 0 && status != LAM_OK) {
+    selftest_fail(test, "wrong function bits", test->hal->error);
+    return;
+  }
+  struct selftest_reading* reading =
+      selftest_read(test, "wrong function bits", (double)functions.wrong, "bits");
+  selftest_limit(test, reading, 0, 0);
+  snprintf(reading->note, sizeof reading->note, "of %ld", functions.compared);
+  if (functions.wrong > 0) {
+    snprintf(reading->note, sizeof reading->note,
+             "of %ld; chip %d is the first that does not keep them: its supply, LATCH",
+             functions.compared, functions.first_chip);
+  }
+}
+
+// No LATCH between the streams: what they hold must not become levels. The chain is left dark.
 bool selftest_chain(struct selftest* test) {
   static const uint8_t kDark[CHAIN_BYTES];
   struct hal* hal = test->hal;
@@ -126,6 +150,7 @@ bool selftest_chain(struct selftest* test) {
   }
   judge_length(test);
   if (test->trial.length > 0) judge_bits(test);
+  judge_functions(test);
   return false;
 }
 

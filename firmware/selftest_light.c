@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "led_driver.h"
 #include "selftest.h"
 
 enum { kShotsInARow = 24, kDarkShots = 2 };
@@ -332,12 +333,19 @@ static bool test_led(struct selftest* test, size_t led) {
   return true;
 }
 
+static bool has_functions(struct selftest* test) {
+  struct led_functions functions;
+  if (led_driver_ready(test->hal, test->rig, &functions) == LAM_OK) return true;
+  selftest_fail(test, "LEDs", test->hal->error);
+  return false;
+}
+
 // Dark, chip after chip, then LED after LED of the chips that are not as expected.
 bool selftest_leds(struct selftest* test) {
   const unsigned chips = test->quick && !test->learning ? CHAIN_CHIPS : 0;
   if (test->step == 0) {
     struct hal_photograph raw[2];
-    if (skip_leds(test)) return false;
+    if (skip_leds(test) || !has_functions(test)) return false;
     test->blamed = test->unseen = 0;
     for (int i = 0; i < CHAIN_CHIPS; i++) test->suspect[i] = chips == 0;
     return photograph(test, NULL, &test->dark, raw);

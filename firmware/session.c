@@ -6,6 +6,7 @@
 
 #include "budget.h"
 #include "latency.h"
+#include "led_driver.h"
 #include "verdict.h"
 
 enum { kDiskWaitMs = 20 };  // hosts are heard between
@@ -208,6 +209,10 @@ static bool start(struct session* session) {
   struct take* take = roll_newest_take(&session->roll);
   session->retake.why_not[0] = '\0';
   session->offered = session->told = 0;
+  struct led_functions functions;
+  if (led_driver_ready(session->hal, session->rig, &functions) != LAM_OK) {
+    return fail(session, LAM_PART_LED_CHAIN, session->hal->error);
+  }
   if (player_start(&take->player, session->hal, session->rig, &take->plan, &take->timeline) !=
       LAM_OK) {
     return fail(session, LAM_PART_OTHER, session->hal->error);

@@ -76,6 +76,28 @@ def led_frames(evidence):
         Measure("longest load", longest_us, "us")], faults)
 
 
+def functions(evidence):
+    """Before a burst the drivers are told no levels but zero, in the dark, and what they forget."""
+    name = "before a burst the drivers' levels are zero and their functions written"
+    if evidence.bursts["burst"].frames is None:
+        return Result(name, [], [], skipped="the simulated rig has no bus to look at")
+    faults, told = [], 0
+    for key, burst in evidence.bursts.items():
+        before = burst.frames_before
+        faults += [f"{key}: nothing was read back"] if not before else []
+        faults += [f"{key}: frame {i} before it has {len(frame.bits)} bits"
+                   for i, frame in enumerate(before) if len(frame.bits) != led_chain.BITS]
+        faults += [f"{key}: frame {i} before it was loaded while BLANK was low"
+                   for i, frame in enumerate(before) if not frame.dark]
+        functions_told = [frame.bits for frame in before if frame.functions]
+        faults += [f"{key}: other functions" for bits in functions_told if bits != led_chain.FUNCTIONS]
+        told += len(functions_told)
+    # The first burst's chips have just got their supply; those of the others still know.
+    woken = any(frame.functions for frame in evidence.bursts["burst"].frames_before)
+    faults += [] if woken else ["the first burst's drivers were told nothing"]
+    return Result(name, [Measure("times that functions were written", told, "")], faults)
+
+
 def second_decoder(evidence):
     """sigrok reads the same bytes from the VCD."""
     burst = evidence.bursts["burst"]

@@ -96,11 +96,13 @@ def _burst(out, key):
                                kernel_trace.read_format(_text(out / "machine/gpio_value.format")),
                                kernel_trace.read_line_names(_text(out / "machine/gpio")))
     interrupt = kernel_trace.read_format(_text(out / "machine/irq_handler_entry.format"))
+    before, edges = led_chain.split(edges)
     vcd_file = folder / "lines.vcd"
     vcd.write(vcd_file, edges, BUS + compare.LINES)
     return Burst(edges, compare.LINES, read_record(_text(folder / "record")),
                  frames=led_chain.frames(edges), vcd_file=str(vcd_file),
-                 interrupts_ns=kernel_trace.times_ns(pages, interrupt))
+                 interrupts_ns=kernel_trace.times_ns(pages, interrupt),
+                 frames_before=led_chain.frames(before))
 
 
 def _light(out, key):

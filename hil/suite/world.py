@@ -206,6 +206,41 @@ def pairing(world):
                   [f"read from the ready light: {code}"])
 
 
+# --- The LED drivers' far end ---
+
+# (parameter of the simulated drivers, its value, its value again afterwards, the reading that must
+# show it, what that must be). To set `chips` is to take the supply away for a moment.
+CHAIN_FAULTS = (("flipped_bit", 1000, -1, "wrong bits", lambda bits: bits == 9),
+                ("forgetful_chip", 3, -1, "wrong function bits", lambda bits: bits > 0),
+                ("chips", 6, 7, "chips in the chain", lambda chips: chips == 6))
+
+
+def _chain(world):
+    """(exit status, {reading: value or its note}, complaint) of the self-test's chain."""
+    status, told, errors = world.host.run("rig", "selftest", "--rig", world.line.address, "--only",
+                                          "chain", "--json")
+    readings = json.loads(told)["readings"] if told else []
+    return status, {r["what"]: r.get("value", r.get("note")) for r in readings}, errors
+
+
+def driver_chain(world):
+    """What leaves the last driver comes back through spidev; each fault of theirs is found."""
+    faults = []
+    for name, value, again, reading, is_right in CHAIN_FAULTS:
+        at = f"/sys/module/lamella_gpio_sim/parameters/{name}"
+        world.must(f"echo {value} >{at}")
+        status, found, errors = _chain(world)
+        world.must(f"echo {again} >{at}")
+        seen = found.get(reading)
+        _expect(faults, status == 1 and isinstance(seen, (int, float)) and is_right(seen),
+                f"{name} {value}: exit {status}, {reading} {seen} {errors}")
+    status, found, errors = _chain(world)
+    right = {"chips in the chain": 7, "wrong bits": 0, "wrong function bits": 0}
+    _expect(faults, status == 0 and found == right, f"drivers without fault: {found} {errors}")
+    return Result("the LED drivers' far end is read back, each of three faults of theirs is found", [],
+                  faults)
+
+
 # --- Photographs at the host ---
 
 def captured(world):
@@ -316,8 +351,8 @@ def recovered(world):
                   [Measure("photographs", total, "")], faults)
 
 
-SCENES = (stranger_refused, pairing, captured, cut_link, killed_host, button, power_cut_burst,
-          power_cut_writing, recovered, *world_disk.SCENES)
+SCENES = (stranger_refused, pairing, driver_chain, captured, cut_link, killed_host, button,
+          power_cut_burst, power_cut_writing, recovered, *world_disk.SCENES)
 
 
 def _calibration(twins, out):

@@ -8,6 +8,10 @@ from typing import NamedTuple
 CHIPS, OUTPUTS, CODE_BITS = 7, 24, 12
 FULL_CODE = 4095
 BITS = CHIPS * OUTPUTS * CODE_BITS
+# A TLC5951's functions (TI SBVS127E, 9.4.5.3), from the first bit that goes into a chip: nobody's;
+# counters of 12 bits, not restarted by a LATCH; auto repeat; the upper range of dot correction for each
+# colour; brightness 255 for each; dot correction 127 for each output.
+FUNCTIONS = CHIPS * ((0,) * 89 + (0, 0, 0, 1, 1, 1, 1) + (1,) * 24 + (1,) * 7 * OUTPUTS)
 
 
 class Frame(NamedTuple):
@@ -17,11 +21,12 @@ class Frame(NamedTuple):
     latch_ns: int
     bits: tuple
     dark: bool  # BLANK was high from the first clock to the latch
+    functions: bool = False  # LATCH was high at the last clock: these are no levels
 
 
 def frames(edges):
     """Frames from edges of SPI_SCK, SPI_MOSI, LATCH and BLANK, which starts high."""
-    mosi, blank, dark = 0, 1, True
+    mosi, blank, dark, latch, functions = 0, 1, True, 0, False
     bits, times_ns, found = [], [], []
     for edge in edges:
         if edge.line == "SPI_MOSI":
@@ -33,11 +38,30 @@ def frames(edges):
             dark = blank == 1 if not bits else dark
             bits.append(mosi)
             times_ns.append(edge.t_ns)
-        elif edge.line == "LATCH" and edge.value:
+            functions = latch == 1
+        elif edge.line == "LATCH":
+            latch = edge.value
+            if not latch:
+                continue
             first_ns, last_ns = (times_ns[0], times_ns[-1]) if bits else (edge.t_ns, edge.t_ns)
-            found.append(Frame(first_ns, last_ns, edge.t_ns, tuple(bits), dark and blank == 1))
+            found.append(Frame(first_ns, last_ns, edge.t_ns, tuple(bits), dark and blank == 1,
+                               functions))
             bits, times_ns, dark = [], [], True
     return found
+
+
+def split(edges):
+    """(what came before the burst, the burst): before it, frames of zeros and of functions alone."""
+    frames_before = []
+    for frame in frames(edges):
+        if not frame.functions and any(frame.bits):
+            break
+        frames_before.append(frame)
+    falls_ns = [edge.t_ns for edge in edges if edge.line == "LATCH" and not edge.value
+                and frames_before and edge.t_ns > frames_before[-1].latch_ns]
+    end_ns = min(falls_ns, default=0)
+    return ([edge for edge in edges if edge.t_ns <= end_ns],
+            [edge for edge in edges if edge.t_ns > end_ns])
 
 
 def encode(codes):

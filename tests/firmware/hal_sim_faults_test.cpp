@@ -104,7 +104,7 @@ TEST(SimulatedFaults, AChainWithoutOneChipIsShorterAndTheLaterChipsGetTheNextOne
   uint8_t stream[CHAIN_BYTES];
   led_chain_encode(&rig, codes.data(), stream);
   sim_chain_shift(&chain, stream, CHAIN_BITS, nullptr);
-  sim_chain_latch(&chain);
+  sim_chain_latch(&chain, true);
   EXPECT_EQ(sim_chain_code(&chain, 1, 0), 101);
   EXPECT_EQ(sim_chain_code(&chain, 2, 0), 0);
   EXPECT_EQ(sim_chain_code(&chain, 3, 0), 201);
@@ -117,7 +117,7 @@ TEST(SimulatedFaults, ABrokenChipPassesNothingOn) {
     EXPECT_EQ(echo(chain), std::vector<uint8_t>(CHAIN_BYTES)) << broken;
     const std::vector<uint8_t> ones(CHAIN_BYTES, 0xFF);
     sim_chain_shift(&chain, ones.data(), CHAIN_BITS, nullptr);
-    sim_chain_latch(&chain);
+    sim_chain_latch(&chain, true);
     for (int chip = 0; chip < CHAIN_CHIPS; chip++) {
       EXPECT_EQ(sim_chain_code(&chain, chip, 5), chip < broken ? CHAIN_FULL_CODE : 0);
     }

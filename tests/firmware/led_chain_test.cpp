@@ -7,7 +7,7 @@
 
 extern "C" {
 #include "crc32c.h"
-#include "hal_sim_light.h"
+#include "hal_sim_chain.h"
 #include "led_chain.h"
 }
 
@@ -23,7 +23,7 @@ std::vector<uint16_t> random_codes(size_t count) {
 std::vector<uint16_t> decoded(const struct rig& rig, const uint8_t* stream) {
   struct sim_chain chain = {};
   sim_chain_shift(&chain, stream, CHAIN_BITS, nullptr);
-  sim_chain_latch(&chain);
+  sim_chain_latch(&chain, true);
   std::vector<uint16_t> codes;
   for (size_t i = 0; i < rig.led_count; i++) {
     codes.push_back(sim_chain_code(&chain, rig.leds[i].chip, rig.leds[i].output));
@@ -122,7 +122,7 @@ TEST(LedChain, NothingShinesUntilLatch) {
   const uint8_t stream[CHAIN_BYTES] = {0xFF, 0xF0};
   sim_chain_shift(&chain, stream, CHAIN_BITS, nullptr);
   EXPECT_EQ(sim_chain_code(&chain, 6, 23), 0);
-  sim_chain_latch(&chain);
+  sim_chain_latch(&chain, true);
   EXPECT_EQ(sim_chain_code(&chain, 6, 23), 4095);
 }
 

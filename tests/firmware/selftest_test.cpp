@@ -124,6 +124,26 @@ TEST(Selftest, AWrongBitIsNamedByItsPlace) {
   EXPECT_NE(flipped.text().find("wrong bits 9"), std::string::npos) << flipped.text();
 }
 
+TEST(Selftest, AChipThatForgetsWhatItIsToldBesideLevelsIsNamed) {
+  expect_found("forgetful-chip:3", SELFTEST_CHAIN, LAM_PART_LED_CHAIN,
+               "chip 3 is the first that does not keep them");
+  expect_found("forgetful-chip:3", SELFTEST_LEDS, LAM_PART_LED_CHAIN,
+               "does not keep its functions");
+}
+
+TEST(Selftest, NeverLatchesTheRandomStreamsOfTheChain) {
+  Bench bench;
+  uint8_t before[CHAIN_BITS];
+  memcpy(before, bench.sim.light.chain.latched, sizeof before);
+  selftest_begin(&bench.test, only(SELFTEST_CHAIN), false, false);
+  while (bench.test.step < CHAIN_TRIAL_STREAMS && selftest_work(&bench.test)) {
+    EXPECT_EQ(memcmp(before, bench.sim.light.chain.latched, sizeof before), 0) << bench.test.step;
+  }
+  while (selftest_work(&bench.test)) continue;
+  const uint8_t dark[CHAIN_BITS] = {};
+  EXPECT_EQ(memcmp(dark, bench.sim.light.chain.latched, sizeof dark), 0);
+}
+
 TEST(Selftest, DeadWeakAndSwappedLedsAreNamedByNumberChipAndOutput) {
   for (const bool quick : {false, true}) {
     Bench dead({"dead-led:17"});

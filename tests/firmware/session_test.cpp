@@ -85,10 +85,27 @@ TEST(Session, FlippedSpiBitGivesAWrongPicture) {
   // The top bit of LED 0: chip 0 output 0, so the last code of the stream.
   faults.flipped_bit = CHAIN_BITS - 12;
   Bench bench(faults);
+  // A driver that tells of nothing but levels; the other kind finds it before the burst.
+  bench.rig.leds_have_functions = bench.sim.light.chain.has_functions = false;
   EXPECT_FALSE(bench.burst().marked);  // no edge was late: only the picture knows
   const std::vector<double> wrong = bench.picture(kFull, false);
   EXPECT_NEAR(wrong[0], 0.75 * (4095 - 2048) / 4095, 2 * kDn);
   EXPECT_NEAR(wrong[1], 0.75, 2 * kDn);
+}
+
+TEST(Session, ADriverThatDoesNotKeepItsFunctionsIsFoundBeforeAnythingIsPhotographed) {
+  for (const char* fault : {"forgetful-chip:3", "flip-bit:2004"}) {
+    sim_faults faults = kSimNoFaults;
+    ASSERT_TRUE(sim_faults_parse(fault, &faults));
+    Bench bench(faults);
+    bench.burst();
+    EXPECT_EQ(bench.session.state, lamella_v1_RigState_FAULT) << fault;
+    EXPECT_EQ(bench.session.fault_part, LAM_PART_LED_CHAIN) << fault;
+    EXPECT_NE(std::string(bench.session.fault).find("does not keep its functions"),
+              std::string::npos)
+        << bench.session.fault;
+    EXPECT_EQ(bench.photographs.count, 0u);
+  }
 }
 
 TEST(Session, LateBlankGivesADarkerPictureAndMarksTheBurst) {
@@ -290,11 +307,13 @@ TEST(SimulatedRig, LatchingLitLedsChangesTheLightAtOnce) {
   sim_light& light = bench.sim.light;
   uint8_t stream[CHAIN_BYTES] = {};
   uint16_t codes[RIG_MAX_LEDS] = {};
-  sim_light_blank(&light, false, 1000);
   codes[0] = 2048;
   led_chain_encode(&bench.rig, codes, stream);
+  light.chain.has_functions = false;
+  memset(light.chain.latched, 0, sizeof light.chain.latched);
+  sim_light_blank(&light, false, 1000);
   sim_chain_shift(&light.chain, stream, CHAIN_BITS, nullptr);
-  sim_light_latch(&light, 3000);
+  sim_light_latch(&light, true, 3000);
   sim_light_blank(&light, true, 6000);
   lamella_v1_ExposureReport report;
   ASSERT_TRUE(sim_light_report(&light, 0, 0, 10000, &report));

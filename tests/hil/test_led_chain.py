@@ -40,6 +40,29 @@ class LedChainTest(unittest.TestCase):
     def test_a_latch_without_bits_is_an_empty_frame(self):
         self.assertEqual(led_chain.frames([Edge(5, "LATCH", 1)])[0].bits, ())
 
+    def test_bits_that_come_while_latch_is_high_are_functions(self):
+        edges = [Edge(1, "LATCH", 1)] + clocked((1, 0))[:-2] + [
+            Edge(5000, "LATCH", 0), Edge(5001, "LATCH", 1), Edge(5002, "LATCH", 0)]
+        edges += clocked((0, 1), start_ns=6000)
+        self.assertEqual([(f.bits, f.functions) for f in led_chain.frames(edges)],
+                         [((), False), ((1, 0), True), ((0, 1), False)])
+
+    def test_functions_say_full_current_in_repeated_12_bit_periods(self):
+        chip = led_chain.FUNCTIONS[:288]
+        self.assertEqual((len(led_chain.FUNCTIONS), led_chain.FUNCTIONS), (2016, chip * 7))
+        register = chip[::-1]  # bit 0 goes in last
+        self.assertEqual(set(register[:168]), {1})        # dot correction
+        self.assertEqual(set(register[168:192]), {1})     # brightness
+        self.assertEqual(register[192:199], (1, 1, 1, 1, 0, 0, 0))
+        self.assertEqual(set(register[199:]), {0})
+
+    def test_zeros_and_functions_before_a_burst_are_no_part_of_it(self):
+        before = clocked((0, 0)) + [Edge(2000, "LATCH", 1)] + clocked((1, 1), 2100)[:-2] + [
+            Edge(3000, "LATCH", 0), Edge(3001, "LATCH", 1), Edge(3002, "LATCH", 0)]
+        burst = clocked((1, 0), 4000) + clocked((0, 0), 5000)
+        self.assertEqual(led_chain.split(before + burst), (before, burst))
+        self.assertEqual(led_chain.split(burst), ([], burst))
+
     def test_light_while_bits_move_is_seen(self):
         edges = clocked((1, 0, 1, 0))
         for at in (0, 3, len(edges) - 2):
