@@ -11,6 +11,7 @@
 static const double kSpinUs = 150;
 static const double kGraceUs = 0.5;  // for rounding
 static const double kEndStopRad = 1e-3;
+static const double kHoldUs = 8000;  // of the monostable
 
 static enum lam_status fail(struct hal_sim* sim, const char* text) {
   snprintf(sim->hal.error, sizeof sim->hal.error, "%s", text);
@@ -137,6 +138,7 @@ static enum lam_status set_line(void* self, enum hal_line line, bool level, doub
   if (line == HAL_BLANK) room = room && sim_light_blank(&sim->light, level, *at_us);
   if (line == HAL_LATCH) room = room && sim_light_latch(&sim->light, level, *at_us);
   if (line == HAL_TRIGGER) room = room && trigger(sim, level, *at_us);
+  if (line == HAL_HEARTBEAT) sim->beat_us = *at_us;
   if (line == HAL_READY || line == HAL_BUZZER) signal_operator(sim, line, level, *at_us);
   if (line == HAL_LAMP) room = room && sim_light_lamp(&sim->light, level, *at_us);
   return room ? LAM_OK : fail(sim, "more happened in one burst than the simulated rig remembers");
@@ -243,8 +245,19 @@ static enum lam_status read_photograph(void* self, unsigned shot, unsigned camer
   return sim_frames_photograph(&sim->frames, sim->rig, (uint8_t)(2 * shot + camera), photograph);
 }
 
+// The monostable blanks by itself what no heart beats for. In a burst that is left out: the
+// fixtures that play one there have no heart.
+static void stop_heart(struct hal_sim* sim) {
+  const double dark_us = sim->beat_us + kHoldUs;
+  if (sim->playing || sim->faults.dead_monostable || now_us(sim) < dark_us) return;
+  if (sim->light.blank) return;
+  sim_light_blank(&sim->light, true, dark_us);
+  loop_back(sim, HAL_BLANK, true, dark_us);
+}
+
 static bool next_seen(void* self, struct hal_seen_edge* edge) {
   struct hal_sim* sim = self;
+  stop_heart(sim);
   if (sim->seen_given == sim->seen_count) return false;
   *edge = sim->seen[sim->seen_given++];
   return true;

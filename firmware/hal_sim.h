@@ -45,6 +45,7 @@ struct hal_sim {
   int shift_count;                                // LED frames sent in this burst
   struct hal_seen_edge seen[2 * SIM_MAX_EVENTS];  // BLANK and TRIGGER are looped back
   size_t seen_count, seen_given;
+  double beat_us;         // the last edge of the heartbeat
   double last_vblank_us;  // some vblank: they come at whole refresh periods from it
   bool flip_pending, move_pending;
   double moved_us;                             // when the last move of the analyser was begun

@@ -59,6 +59,7 @@ static const struct named_fault kSingle[] = {
 static const struct named_fault kPlain[] = {
     {"stuck-actuator", offsetof(struct sim_faults, stuck_actuator)},
     {"frozen-projector", offsetof(struct sim_faults, frozen_projector)},
+    {"dead-monostable", offsetof(struct sim_faults, dead_monostable)},
     {"estop", offsetof(struct sim_faults, estopped)},
 };
 

@@ -21,6 +21,7 @@ struct sim_faults {
   int missing_camera;        // hears no trigger; -1: none
   int broken_shift;          // of the burst's LED frames this one fails to be sent; -1: none
   bool frozen_projector;     // never flips
+  bool dead_monostable;      // does not blank when the heart stops
   bool estopped;             // the LED supply is cut
   double hottest_c;          // NaN: as cool as the air around
   double begin_us;           // from a burst's zero: no e-stop and no heat before; 0: since ever
@@ -30,12 +31,11 @@ struct sim_faults {
 extern const struct sim_faults kSimNoFaults;
 
 // What sim_faults_parse() reads, for a usage text.
-#define SIM_FAULT_NAMES                                                        \
-  "    flip-bit:N stuck-bit:N missing-chip:N broken-chip:N forgetful-chip:N\n" \
-  "    dead-led:N weak-led:N swapped-leds:N:M late-blank:US[:PULSE]\n"         \
-  "    drop-frame:SHOT missing-camera:N slow-actuator:FACTOR stuck-actuator\n" \
-  "    spi-error:FRAME frozen-projector estop hot:CELSIUS begin:US\n"          \
-  "    press:AT_US:FOR_US\n"
+#define SIM_FAULT_NAMES                                                                \
+  "    flip-bit:N stuck-bit:N missing-chip:N broken-chip:N forgetful-chip:N\n"         \
+  "    dead-led:N weak-led:N swapped-leds:N:M late-blank:US[:PULSE] drop-frame:SHOT\n" \
+  "    missing-camera:N slow-actuator:FACTOR stuck-actuator spi-error:FRAME estop\n"   \
+  "    frozen-projector dead-monostable hot:CELSIUS begin:US press:AT_US:FOR_US\n"
 
 // Reads one fault into `faults`. False where it is none.
 bool sim_faults_parse(const char* text, struct sim_faults* faults);

@@ -27,6 +27,10 @@ static enum lam_status darken(struct hal* hal, const struct rig* rig, uint8_t* p
   return latch(hal, rig, false);
 }
 
+enum lam_status led_driver_darken(struct hal* hal, const struct rig* rig) {
+  return darken(hal, rig, NULL);
+}
+
 // Bits that are clocked in while LATCH is high are functions at its next rising edge, and levels
 // otherwise (9.4.5.1 288-Bit Common Shift Register). LATCH must rise once for that alone: with
 // zeros in the register, that no garbage becomes levels.
@@ -70,7 +74,7 @@ enum lam_status led_driver_ready(struct hal* hal, const struct rig* rig,
   if (!rig->leds_have_functions) return LAM_OK;
   if (latch(hal, rig, false) != LAM_OK || look(hal, rig, functions) != LAM_OK) return LAM_HARDWARE;
   if (functions->wrong == 0) return LAM_OK;
-  if (write_functions(hal, rig) != LAM_OK || darken(hal, rig, NULL) != LAM_OK ||
+  if (write_functions(hal, rig) != LAM_OK || led_driver_darken(hal, rig) != LAM_OK ||
       look(hal, rig, functions) != LAM_OK) {
     return LAM_HARDWARE;
   }

@@ -19,4 +19,7 @@ struct led_functions {
 enum lam_status led_driver_ready(struct hal* hal, const struct rig* rig,
                                  struct led_functions* functions);
 
+// Every level zero; BLANK must be 1.
+enum lam_status led_driver_darken(struct hal* hal, const struct rig* rig);
+
 #endif

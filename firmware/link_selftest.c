@@ -57,9 +57,10 @@ bool link_answer_selftest(struct dialogue* dialogue, uint32_t id,
   if (request->report) return send_result(dialogue, id);
   const unsigned parts = parts_of(request);
   if (parts == 0) {
-    return link_refuse(dialogue, id, lamella_v1_Refusal_Code_BAD_REQUEST,
-                       "parts are chain, leds, actuator, cameras, projector, disk, temperature, "
-                       "estop, latency");
+    return link_refuse(
+        dialogue, id, lamella_v1_Refusal_Code_BAD_REQUEST,
+        "parts are chain, blank, leds, actuator, cameras, projector, disk, temperature, "
+        "estop, latency");
   }
   const char* why = NULL;
   if (standalone_request_selftest(dialogue->alone, parts, request->learn, &why) != LAM_OK) {

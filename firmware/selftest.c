@@ -15,6 +15,7 @@ static const struct part kParts[SELFTEST_PARTS] = {
     [SELFTEST_TEMPERATURE] = {"temperature", selftest_temperature, LAM_PART_HEAT},
     [SELFTEST_DISK] = {"disk", selftest_disk, LAM_PART_DISK},
     [SELFTEST_CHAIN] = {"chain", selftest_chain, LAM_PART_LED_CHAIN},
+    [SELFTEST_BLANK] = {"blank", selftest_blank, LAM_PART_LED_CHAIN},
     [SELFTEST_ACTUATOR] = {"actuator", selftest_actuator, LAM_PART_ACTUATOR},
     [SELFTEST_PROJECTOR] = {"projector", selftest_projector, LAM_PART_PROJECTOR},
     [SELFTEST_CAMERAS] = {"cameras", selftest_cameras, LAM_PART_CAMERA},

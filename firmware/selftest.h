@@ -17,6 +17,7 @@ enum selftest_part {
   SELFTEST_TEMPERATURE,
   SELFTEST_DISK,
   SELFTEST_CHAIN,
+  SELFTEST_BLANK,
   SELFTEST_ACTUATOR,
   SELFTEST_PROJECTOR,
   SELFTEST_CAMERAS,
@@ -109,6 +110,7 @@ bool selftest_estop(struct selftest* test);
 bool selftest_temperature(struct selftest* test);
 bool selftest_disk(struct selftest* test);
 bool selftest_chain(struct selftest* test);
+bool selftest_blank(struct selftest* test);
 bool selftest_actuator(struct selftest* test);
 bool selftest_projector(struct selftest* test);
 bool selftest_cameras(struct selftest* test);

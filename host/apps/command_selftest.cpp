@@ -18,8 +18,8 @@ namespace lamella::apps {
 
 namespace {
 
-const std::vector<std::string> kParts{"chain", "leds",        "actuator", "cameras", "projector",
-                                      "disk",  "temperature", "estop",    "latency"};
+const std::vector<std::string> kParts{"chain",     "blank", "leds",        "actuator", "cameras",
+                                      "projector", "disk",  "temperature", "estop",    "latency"};
 
 constexpr char kRow[] = "  {:<12} {:<30} {:<18} {:<24} {:<8} {}\n";
 

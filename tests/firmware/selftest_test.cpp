@@ -131,6 +131,16 @@ TEST(Selftest, AChipThatForgetsWhatItIsToldBesideLevelsIsNamed) {
                "does not keep its functions");
 }
 
+TEST(Selftest, SeesThatLightsGoOffByThemselvesWhenTheHeartStops) {
+  Bench bench;
+  EXPECT_EQ(bench.run(only(SELFTEST_BLANK)).bad, 0u) << bench.text();
+  ASSERT_EQ(bench.test.count, 2u);
+  EXPECT_STREQ(bench.test.readings[1].what, "dark after the last heartbeat");
+  EXPECT_NEAR(bench.test.readings[1].value, 8, 0.01);
+  for (const uint8_t level : bench.sim.light.chain.latched) ASSERT_EQ(level, 0) << "it was lit";
+  expect_found("dead-monostable", SELFTEST_BLANK, LAM_PART_LED_CHAIN, "stays lit when the heart");
+}
+
 TEST(Selftest, NeverLatchesTheRandomStreamsOfTheChain) {
   Bench bench;
   uint8_t before[CHAIN_BITS];
