@@ -73,6 +73,9 @@ void print_table(const v1::Plan& plan, const std::string& rig) {
              b.frames_bytes() * 1e-6, b.memory_bytes() * 1e-6);
   fmt::print("  an eye that looks into an LED: {:.0f} J/m2sr of blue light, so at most {} a day\n",
              b.blue_j_per_m2_sr(), counted(uint64_t(b.bursts_per_day()), "burst"));
+  fmt::print(
+      "  the projector is not in that figure: its label's risk group and hazard distance "
+      "(IEC 62471-5) hold besides\n");
 }
 
 void print_plan_json(const v1::Plan& plan, const std::string& rig) {
@@ -107,7 +110,8 @@ void print_plan_json(const v1::Plan& plan, const std::string& rig) {
                 {"flashes_per_s", b.flashes_per_s()},
                 {"blue_j_per_m2_sr", b.blue_j_per_m2_sr()},
                 {"bursts_per_day", b.bursts_per_day()},
-                {"thermal_share", b.thermal_share()}}}});
+                {"thermal_share", b.thermal_share()},
+                {"dose_counts", "LEDs alone; the projector's own label (IEC 62471-5) holds"}}}});
 }
 
 int run_plan(const PlanArguments& args) {
