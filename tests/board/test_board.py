@@ -119,5 +119,88 @@ class RaspberryPi(unittest.TestCase):
         self.assertLessEqual(pin_table(BOARDS["pi4"][0])["BLANK"][0], 8)
 
 
+def parts():
+    """The bill of materials: {part: [counts]}, a part for each ';' or ',' group of its row."""
+    text = (BOARD / "README.md").read_text().split("## Parts\n", 1)[1].split("\n## ", 1)[0]
+    rows = [[cell.strip() for cell in line.strip("|").split("|")]
+            for line in text.splitlines() if line.startswith("| ")]
+    return {row[0]: [int(count) for count in re.findall(r"\d+", row[2])]
+            for row in rows if re.search(r"\d", row[2])}
+
+
+def count(part):
+    found = [counts for name, counts in parts().items() if name.startswith(part)]
+    assert len(found) == 1, f"{part}: {len(found)} rows"
+    return found[0]
+
+
+def prose(pattern):
+    """The number that the first group of a pattern finds in the guide."""
+    return float(re.search(pattern, " ".join((BOARD / "README.md").read_text().split()))[1])
+
+
+class TheGuide(unittest.TestCase):
+    LEDS = len(re.findall(r"^led\.\d+ ", (BOARD / "dome150.leds").read_text(), re.M))
+
+    def test_lists_a_stage_a_pull_up_and_a_film_for_every_led(self):
+        self.assertEqual(count("LED, white"), [self.LEDS])
+        self.assertEqual(count("power stage"), [self.LEDS])
+        self.assertEqual(count("its RSET"), [self.LEDS, self.LEDS])
+        self.assertEqual(count("pull-up of an output"), [self.LEDS])
+        self.assertEqual(count("polarizing film"), [self.LEDS + 2])
+
+    def test_lists_gates_and_pull_downs_for_every_led_and_not_eight_too_many(self):
+        for part in ("inverting buffer", "pull-down array of EN"):
+            self.assertLess(8 * count(part)[0] - self.LEDS, 8, part)
+            self.assertGreaterEqual(8 * count(part)[0], self.LEDS, part)
+
+    def test_lists_the_chips_that_the_led_file_names(self):
+        chips = re.findall(r"^led\.\d+ = (\d)", (BOARD / "dome150.leds").read_text(), re.M)
+        self.assertEqual(count("LED driver"), [len(set(chips))])
+        self.assertEqual(count("its IREF"), count("LED driver"))
+
+    def test_has_a_fuse_and_a_capacitor_for_every_branch_and_branches_for_every_led(self):
+        branches = count("capacitor, 2200 uF")[0]
+        self.assertEqual(count("fuse and holder, 7.5 A")[0], branches)
+        self.assertEqual(branches * prose(r"branches of (\d+) LEDs"), self.LEDS)
+
+    def test_lists_a_capacitor_for_every_chip(self):
+        chips = count("LED driver") + count("inverting buffer") + [21]
+        self.assertEqual(count("decoupling"), [sum(chips)])
+
+    def test_gives_the_leds_no_more_than_their_supply_has(self):
+        lit_a = prose(r"(\d+\.\d) A while lit")
+        self.assertGreaterEqual(lit_a, self.LEDS * 0.35)
+        self.assertLess(lit_a, prose(r"RSP-320-5: (\d+) A"))
+        self.assertLess(lit_a / count("capacitor, 2200 uF")[0], 0.75 * 7.5)  # of a blade fuse
+
+    def test_times_the_monostable_as_the_self_test_judges_it(self):
+        rc_ms = prose(r"(\d+) kohm 1 % and 100 nF film") * 1e3 * 100e-9 * 1e3
+        source = (BOARD.parent / "selftest_blank.c").read_text()
+        least_ms, most_ms = (float(re.search(name + r" = (\d+)", source)[1])
+                             for name in ("kHoldsAtLeastMs", "kHoldsAtMostMs"))
+        self.assertGreater(0.45 * rc_ms * 0.94, least_ms)
+        self.assertLess(0.55 * rc_ms * 1.06, most_ms)
+
+    def test_brings_up_every_part_of_the_self_test_and_none_that_it_lacks(self):
+        source = (BOARD.parent / "selftest.c").read_text()
+        known = set(re.findall(r"\[SELFTEST_\w+\] = \{\"(\w+)\"", source))
+        steps = (BOARD / "README.md").read_text().split("## Bringing it up", 1)[1]
+        self.assertEqual(set(re.findall(r"--only (\w+)", steps)), known)
+
+    def test_names_readings_as_the_self_test_names_them(self):
+        steps = (BOARD / "README.md").read_text().split("## Bringing it up", 1)[1]
+        sources = "".join(file.read_text() for file in BOARD.parent.glob("selftest*.c"))
+        rows = re.findall(r"^ {6,}(\w+) {2,}(\S+(?: \S+)*) {2,}", steps, re.M)
+        self.assertGreater(len(rows), 12)
+        for part, what in rows:
+            self.assertTrue(f'"{what}"' in sources, f"{part}: {what}")
+
+    def test_names_the_driver_that_its_rig_files_name(self):
+        for board in BOARDS:
+            driver = re.search(r"^leds\.driver\s*=\s*(\w+)", (BOARD / f"{board}.rig").read_text(), re.M)
+            self.assertIn(driver[1].upper(), (BOARD / "README.md").read_text())
+
+
 if __name__ == "__main__":
     unittest.main()
