@@ -101,7 +101,7 @@ def _led_digests(folder, machine):
     edges = kernel_trace.edges((folder / "trace").read_bytes(),
                                kernel_trace.read_format((machine / "gpio_value.format").read_text()),
                                kernel_trace.read_line_names((machine / "gpio").read_text()))
-    return [digest(frame.bits) for frame in led_chain.frames(edges)]
+    return [digest(frame.bits) for frame in led_chain.frames(led_chain.split(edges)[1])]
 
 
 def wrong(taken, expected):

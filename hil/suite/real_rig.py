@@ -103,7 +103,8 @@ def _lines(recording):
 def place(gathered):
     """(the burst's edges on the rig's clock, that Clock, fault)."""
     recording = gathered.recording
-    found = clocks.find_burst(recording, gathered.told.record.edges)
+    record = gathered.told.record
+    found = clocks.find_burst(recording, record.edges, record.zero_us * 1e3)
     if found is None:
         return [], None, "the witness saw no TRIGGER"
     levels, edges = found

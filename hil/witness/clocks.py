@@ -9,7 +9,7 @@ from witness.compare import CRITICAL
 from witness.edges import Edge
 
 NEAR_NS = 1_000_000  # a trigger belongs to one that is recorded where it is so near to it
-BEFORE_NS, AFTER_NS = 5_000_000, 50_000_000  # of the recording that are the burst's
+AFTER_NS = 50_000_000  # of the recording that are the burst's
 
 
 class Clock(NamedTuple):
@@ -38,15 +38,16 @@ def _agreeing(anchor_ns, recorded_ns, seen_ns):
     return count
 
 
-def find_burst(recording, recorded):
-    """The burst's own part of a recording: (levels before it, its edges), or None where no trigger
-    is in it. It is where most of the triggers are as far apart as the rig recorded them."""
+def find_burst(recording, recorded, begin_ns):
+    """The burst's own part of a recording, from its zero on the rig's clock: (levels before it, its
+    edges), or None where no trigger is in it. It is where most of the triggers are as far apart as
+    the rig recorded them."""
     recorded_ns, seen_ns = _rises_ns(recorded), _rises_ns(recording.edges)
     if not recorded_ns or not seen_ns:
         return None
     anchor_ns = max(seen_ns, key=lambda t_ns: _agreeing(t_ns, recorded_ns, seen_ns))
     zero_ns = anchor_ns - recorded_ns[0]
-    first_ns = zero_ns + min(e.t_ns for e in recorded) - BEFORE_NS
+    first_ns = zero_ns + begin_ns  # before it the LED drivers are read back
     last_ns = zero_ns + max(e.t_ns for e in recorded) + AFTER_NS
     levels, edges = dict(recording.levels), []
     for edge in recording.edges:

@@ -84,10 +84,18 @@ class Clocks(unittest.TestCase):
         ]
         burst = [e._replace(t_ns=e.t_ns + 900_000_000) for e in self.RIG]
         levels, edges = clocks.find_burst(
-            vcd.Recording({"TRIGGER": 0}, stray + burst, 10**10), self.RIG
+            vcd.Recording({"TRIGGER": 0}, stray + burst, 10**10), self.RIG, self.RIG[0].t_ns - 1000
         )
         self.assertEqual(edges, burst)
         self.assertEqual(levels, {"TRIGGER": 0})
+
+
+    def test_latches_before_the_bursts_zero_are_no_part_of_it(self):
+        begin_ns = self.RIG[0].t_ns - 100_000
+        before = [Edge(begin_ns - 3000, "LATCH", 1), Edge(begin_ns - 1000, "LATCH", 0)]
+        recording = vcd.Recording({"LATCH": 0}, before + self.RIG, 10**10)
+        levels, edges = clocks.find_burst(recording, self.RIG, begin_ns)
+        self.assertEqual((edges, levels), (self.RIG, {"LATCH": 0}))
 
 
 def lit(edges, delay_ns=20_000):
