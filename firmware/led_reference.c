@@ -119,7 +119,7 @@ enum lam_status led_reference_read(const char* path, size_t led_count,
   size_t size = 0;
   if (!input_file_read(path, bytes, sizeof bytes, &size, why)) {
     if (errno == ENOENT) return LAM_OK;
-    snprintf(error, 112, "%.60s: %.50s", path, why);
+    snprintf(error, 112, "%.60s: %.49s", path, why);
     return LAM_BAD_INPUT;
   }
   if (led_reference_parse(bytes, size, led_count, reference)) return LAM_OK;
