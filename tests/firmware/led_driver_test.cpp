@@ -35,7 +35,7 @@ struct Wired {
     };
     hal.now_us = [](void* self) { return static_cast<Wired*>(self)->sim.virtual_now_us; };
     hal.wait_until_us = [](void* self, double t_us) {
-      sim_of(self)->hal.wait_until_us(sim_of(self), t_us);
+      return sim_of(self)->hal.wait_until_us(sim_of(self), t_us);
     };
     hal.lights_off = [](void* self) { sim_of(self)->hal.lights_off(sim_of(self)); };
   }
