@@ -48,6 +48,9 @@ def build(root, cache, say):
     subprocess.run([vm / "programs", cache, kernel], check=True)
     say("initramfs")
     subprocess.run([vm / "initramfs", cache, kernel], check=True)
+    say("the machine with systemd and the rig's package")
+    for step in ("userland", "package", "image"):
+        subprocess.run([vm / step, cache, kernel], check=True)
     return kernel
 
 

@@ -15,4 +15,6 @@ include_directories(SYSTEM ${LAMELLA_ARM64_ROOT}/usr/include/aarch64-linux-gnu)
 # The machine's libraries are there for libcamera alone, and whoever loads it.
 set(is_program $<STREQUAL:$<TARGET_PROPERTY:TYPE>,EXECUTABLE>)
 set(loads_plugins $<BOOL:$<TARGET_PROPERTY:LOADS_PLUGINS>>)
-add_link_options($<$<AND:${is_program},$<NOT:${loads_plugins}>>:-static>)
+if(NOT LAMELLA_ARM64_SHARED)  # as a package's is
+  add_link_options($<$<AND:${is_program},$<NOT:${loads_plugins}>>:-static>)
+endif()
