@@ -3,7 +3,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from suite.report import Measure, Result
-from witness import compare, display, kernel_trace, patterns, plan
+from witness import compare, display, kernel_trace, led_chain, patterns, plan
 from witness.edges import START_LEVELS, changes
 
 SWAPPED = ("FRINGE 1", "FRINGE 2")
@@ -52,7 +52,7 @@ def read(folder, machine):
     format_text = (folder / "drm_vblank_event.format").read_text()
     return Watched(display.read_shown((folder / "shown").read_text()),
                    display.vblanks(pages, format_text), images,
-                   kernel_trace.edges(pages, gpio_format, line_names),
+                   led_chain.split(kernel_trace.edges(pages, gpio_format, line_names))[1],
                    _recorded_us((folder / "record").read_text())), ""
 
 

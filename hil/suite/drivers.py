@@ -5,7 +5,7 @@ from typing import NamedTuple
 from suite.report import Measure, Result
 from suite.scenes import LIGHTS_OFF_LIMIT_US
 from suite.twin import unpacked
-from witness import compare, kernel_trace
+from witness import compare, kernel_trace, led_chain
 
 WIDTH_PX, HEIGHT_PX = 320, 180
 VIMC_WIDTH_PX, VIMC_ROW = 480, 300  # below the text that vimc writes
@@ -155,10 +155,12 @@ def starved(evidence):
 
 
 def _edges(evidence, key):
+    """Those of the burst itself."""
     machine = evidence.folder / "machine"
-    return kernel_trace.edges((evidence.folder / key / "trace").read_bytes(),
-                              kernel_trace.read_format((machine / "gpio_value.format").read_text()),
-                              kernel_trace.read_line_names((machine / "gpio").read_text()))
+    edges = kernel_trace.edges((evidence.folder / key / "trace").read_bytes(),
+                               kernel_trace.read_format((machine / "gpio_value.format").read_text()),
+                               kernel_trace.read_line_names((machine / "gpio").read_text()))
+    return led_chain.split(edges)[1]
 
 
 def upside_down(edges, line):

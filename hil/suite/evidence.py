@@ -44,6 +44,7 @@ class Evidence(NamedTuple):
     bursts_in_turn: tuple = ()     # one daemon's bursts, in order
     plan_crossed: object = None    # of a burst that begins with the analyser crossed
     folder: Optional[Path] = None  # what the guest left, a folder for each scene
+    frames_at_start: list = []     # what the drivers were told as the daemon started
 
 
 def _edge(t_us, line, value):

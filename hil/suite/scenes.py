@@ -92,9 +92,12 @@ def functions(evidence):
         functions_told = [frame.bits for frame in before if frame.functions]
         faults += [f"{key}: other functions" for bits in functions_told if bits != led_chain.FUNCTIONS]
         told += len(functions_told)
-    # The first burst's chips have just got their supply; those of the others still know.
-    woken = any(frame.functions for frame in evidence.bursts["burst"].frames_before)
-    faults += [] if woken else ["the first burst's drivers were told nothing"]
+    # The chips woke with the board, with random bits; none has forgotten anything since.
+    at_start = [frame.bits for frame in evidence.frames_at_start if frame.functions]
+    faults += [] if at_start else ["drivers that had just woken were told nothing"]
+    faults += ["other functions as the daemon started" for bits in at_start
+               if bits != led_chain.FUNCTIONS]
+    told += len(at_start)
     return Result(name, [Measure("times that functions were written", told, "")], faults)
 
 

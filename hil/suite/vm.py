@@ -89,15 +89,20 @@ def _refuse_lost_events(key, stats):
         raise MachineError(f"{key}: the kernel's trace lost {', '.join(lost)} events")
 
 
+def _edges(out, key):
+    """What the kernel saw, and its pages."""
+    _refuse_lost_events(key, _text(out / key / "stats"))
+    pages = (out / key / "trace").read_bytes()
+    return kernel_trace.edges(pages,
+                              kernel_trace.read_format(_text(out / "machine/gpio_value.format")),
+                              kernel_trace.read_line_names(_text(out / "machine/gpio"))), pages
+
+
 def _burst(out, key):
     folder = out / key
     if _text(folder / "exit").strip() != "0":
         raise MachineError(f"{key}: the player failed: {_text(folder / 'errors').strip()}")
-    _refuse_lost_events(key, _text(folder / "stats"))
-    pages = (folder / "trace").read_bytes()
-    edges = kernel_trace.edges(pages,
-                               kernel_trace.read_format(_text(out / "machine/gpio_value.format")),
-                               kernel_trace.read_line_names(_text(out / "machine/gpio")))
+    edges, pages = _edges(out, key)
     interrupt = kernel_trace.read_format(_text(out / "machine/irq_handler_entry.format"))
     before, edges = led_chain.split(edges)
     vcd_file = folder / "lines.vcd"
@@ -123,7 +128,8 @@ def read(root, programs, out):
     return Evidence("vm", plan.read(rigd, rig_file, root / "proto"), plan.read_leds(rig_file),
                     {key: _burst(out, key) for key in (*BURSTS, *FAULTS)},
                     {key: _light(out, key) for key in LIGHTS}, machine, BURSTS,
-                    plan.read(rigd, crossed_file, root / "proto"), out)
+                    plan.read(rigd, crossed_file, root / "proto"), out,
+                    led_chain.frames(_edges(out, "start")[0]))
 
 
 def lines_run(root, cache, kernel, out):

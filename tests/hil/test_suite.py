@@ -27,13 +27,15 @@ class ScenesTest(unittest.TestCase):
     def test_drivers_that_were_told_anything_but_zeros_and_functions_before_a_burst_fail(self):
         dark = led_chain.Frame(0, 1, 2, (0,) * led_chain.BITS, True)
         told = dark._replace(bits=led_chain.FUNCTIONS, functions=True)
-        for before, verdict in (([dark, told, dark], "pass"), ([dark], "FAIL"), ([], "FAIL"),
-                                ([told._replace(bits=dark.bits)], "FAIL"),
-                                ([told._replace(dark=False)], "FAIL"),
-                                ([told, dark._replace(bits=(0, 0))], "FAIL")):
+        other = told._replace(bits=dark.bits)
+        for start, before, verdict in (([dark, told], [dark, told, dark], "pass"), ([told], [dark], "pass"),
+                                       ([dark], [dark], "FAIL"), ([other], [dark], "FAIL"),
+                                       ([told], [], "FAIL"), ([told], [other], "FAIL"),
+                                       ([told], [told._replace(dark=False)], "FAIL"),
+                                       ([told], [told, dark._replace(bits=(0, 0))], "FAIL")):
             burst = evidence().bursts["burst"]._replace(frames_before=before)
-            found = scenes.functions(evidence()._replace(bursts={"burst": burst}))
-            self.assertEqual(found.verdict(), verdict, len(before))
+            found = scenes.functions(evidence()._replace(bursts={"burst": burst}, frames_at_start=start))
+            self.assertEqual(found.verdict(), verdict, (start, before))
 
     def test_a_short_frame_fails(self):
         self.assertEqual(scenes.led_frames(evidence((1, 0))).verdict(), "FAIL")
