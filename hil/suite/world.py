@@ -351,8 +351,9 @@ def recovered(world):
                   [Measure("photographs", total, "")], faults)
 
 
-SCENES = (stranger_refused, pairing, driver_chain, captured, cut_link, killed_host, button,
-          power_cut_burst, power_cut_writing, recovered, *world_disk.SCENES)
+# The last: the cameras' feeder keeps what the bus brought until an exposure, and here there is none.
+SCENES = (stranger_refused, pairing, captured, cut_link, killed_host, button, power_cut_burst,
+          power_cut_writing, recovered, *world_disk.SCENES, driver_chain)
 
 
 def _calibration(twins, out):
