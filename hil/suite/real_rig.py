@@ -134,37 +134,6 @@ def clock_scene(clock, sample_ns):
     )
 
 
-def edges_in_time(evidence):
-    """Every edge that the witness saw, held against the plan; of retaken shots the order alone."""
-    burst = evidence.bursts["burst"]
-    result = compare.compare(evidence.plan, burst.edges, burst.lines)
-    name = f"order and time of every edge of {', '.join(burst.lines)}, as the analyser saw them"
-    if result.order_fault:
-        return Result(name, [], [result.order_fault])
-    judged = [d for d in result.deviations if d.planned.tolerance_us != float("inf")]
-    measures = [Measure("edges", len(result.deviations), "")]
-    for line in burst.lines:
-        worst = compare.largest(judged, line)
-        if worst is not None:
-            measures.append(
-                Measure(
-                    f"{line}: largest deviation from plan, at step {worst.planned.step}",
-                    abs(worst.us),
-                    "us",
-                    worst.planned.tolerance_us,
-                )
-            )
-    return Result(
-        name,
-        measures,
-        [
-            f"{d.planned.line} of step {d.planned.step} was {d.us:.1f} us off"
-            for d in judged
-            if d.is_beyond_tolerance()
-        ],
-    )
-
-
 def record_is_true(evidence):
     """The player's own record of each edge, held against what the analyser saw."""
     burst = evidence.bursts["burst"]
@@ -264,7 +233,7 @@ def judge(gathered, wanted, out):
     bit_ns = 1e9 / plan.read_numbers(wanted.rig_file)["leds.spi_hz"]
     return [
         clock_scene(clock, gathered.sample_ns),
-        edges_in_time(evidence),
+        scenes.edges(evidence, ", as the analyser saw them"),
         record_is_true(evidence),
         *led_bits(evidence, bit_ns, gathered.sample_ns),
         light(edges, "LIGHT" in gathered.recording.levels),
