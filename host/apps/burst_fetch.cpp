@@ -79,4 +79,17 @@ FetchedBurst fetch_burst(BurstSource* source, const v1::HeldBurst& held, const f
   return fetched;
 }
 
+FetchedBurst try_to_fetch(BurstSource* source, const v1::HeldBurst& held, const fs::path& out) {
+  FetchedBurst fetched;
+  fetched.held = held;
+  try {
+    fetched = fetch_burst(source, held, out);
+  } catch (const Error& error) {
+    if (error.fault() != Fault::kRig) throw;
+    source->held();  // throws where it is the source that is gone
+    fetched.failed = error.what();
+  }
+  return fetched;
+}
+
 }  // namespace lamella::apps

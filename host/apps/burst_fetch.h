@@ -15,6 +15,7 @@ struct FetchedBurst {
   bool was_there = false;  // an earlier run had brought it and was cut off before it said so
   bool marked = false;     // a photograph is bad or missing, and was not retaken
   std::string unfit;       // why it cannot be fitted; empty: it can, or was there
+  std::string failed;      // why it could not be fetched; empty: it could
   std::vector<v1::FrameOffer> offers;
 };
 
@@ -22,5 +23,9 @@ struct FetchedBurst {
 // disk when this returns. A folder that holds another burst of that number (of another rig) is left
 // alone: the new one gets a name with -2, -3 and so on.
 FetchedBurst fetch_burst(BurstSource* source, const v1::HeldBurst& held, const fs::path& out);
+
+// The same, but a burst that the source cannot give is `failed` and no Error, as long as the source
+// itself still answers: one that is damaged does not keep those after it from being fetched.
+FetchedBurst try_to_fetch(BurstSource* source, const v1::HeldBurst& held, const fs::path& out);
 
 }  // namespace lamella::apps

@@ -69,7 +69,9 @@ void print_burst(const v1::HeldBurst& burst) {
 
 void print_fetched(const FetchedBurst& fetched) {
   print_burst(fetched.held);
-  if (fetched.folder.empty()) {
+  if (!fetched.failed.empty()) {
+    fmt::print("  NOT FETCHED  {}\n", printable(fetched.failed));
+  } else if (fetched.folder.empty()) {
     fmt::print("  fetched      nothing of it is whole\n");
   } else {
     fmt::print("  {}      {}\n", fetched.was_there ? "was in " : "fetched",
@@ -84,14 +86,20 @@ nlohmann::ordered_json fetched_json(const FetchedBurst& fetched) {
   json["was_there"] = fetched.was_there;
   json["marked"] = fetched.marked;
   json["unfit"] = printable(fetched.unfit);
+  json["failed"] = printable(fetched.failed);
   return json;
 }
 
-// Below the quality asked: a burst that is not whole, or has frames to be retaken.
-int judge(const FetchedBurst& fetched) { return fetched.held.whole() && !fetched.marked ? 0 : 1; }
+// Below the quality asked: a burst that is not whole, or has frames to be retaken. Failed: one that
+// the rig could not give.
+int judge(const FetchedBurst& fetched) {
+  if (!fetched.failed.empty()) return 3;
+  return fetched.held.whole() && !fetched.marked ? 0 : 1;
+}
 
 // Only a burst that is on this disk, or has nothing more to give, leaves the rig.
 void forget_on_rig(LinkClient* rig, const FetchedBurst& fetched) {
+  if (!fetched.failed.empty()) return;
   for (const v1::FrameOffer& offer : fetched.offers) rig->acknowledge(offer);
   if (fetched.offers.empty()) rig->release(fetched.held.burst_id());
 }
@@ -103,7 +111,7 @@ int run_sync(const Arguments& args) {
   nlohmann::ordered_json bursts = nlohmann::ordered_json::array();
   int exit_code = 0;
   for (const v1::HeldBurst& held : rig.held()) {
-    const FetchedBurst fetched = fetch_burst(&source, held, args.out);
+    const FetchedBurst fetched = try_to_fetch(&source, held, args.out);
     forget_on_rig(&rig, fetched);
     source.forget(fetched.offers);
     exit_code = std::max(exit_code, judge(fetched));
@@ -124,16 +132,17 @@ std::unique_ptr<BurstSource> source_of(const Arguments& args) {
   return std::make_unique<LinkClient>(args.rig, link_options(args.rig));
 }
 
-// Exit 1 where a burst is not whole.
+// Exit 1 where a burst is not whole, 3 where one could not be fetched.
 int run_recover(const Arguments& args) {
   catch_interrupts();
   const std::unique_ptr<BurstSource> source = source_of(args);
   nlohmann::ordered_json bursts = nlohmann::ordered_json::array();
-  int partial = 0, whole = 0;
+  int partial = 0, whole = 0, exit_code = 0;
   for (const v1::HeldBurst& held : source->held()) {
     FetchedBurst fetched;
     fetched.held = held;
-    if (!args.out.empty()) fetched = fetch_burst(source.get(), held, args.out);
+    if (!args.out.empty()) fetched = try_to_fetch(source.get(), held, args.out);
+    exit_code = std::max(exit_code, fetched.failed.empty() ? (held.whole() ? 0 : 1) : 3);
     ++(held.whole() ? whole : partial);
     bursts.push_back(args.out.empty() ? burst_json(held) : fetched_json(fetched));
     if (args.json) continue;
@@ -151,7 +160,7 @@ int run_recover(const Arguments& args) {
     fmt::print("{}: {} whole, {} partial; nothing was changed there\n", printable(where), whole,
                partial);
   }
-  return partial > 0 ? 1 : 0;
+  return exit_code;
 }
 
 }  // namespace

@@ -133,6 +133,24 @@ TEST_F(RigBursts, ASessionThatIsThereAlreadyIsAcknowledgedAndNotFetchedAgain) {
   EXPECT_TRUE(fs::exists(out / "burst-000042-2" / "session.json"));
 }
 
+TEST_F(RigBursts, ABurstThatTheRigCannotReadStaysThereAndDoesNotKeepTheNextFromBeingFetched) {
+  FakeRigFaults faults;
+  faults.holds_damaged = true;
+  FakeRig rig(faults);
+  load_burst(&rig, testing::kFakeSize);
+  rig.hold(whole());
+  const Outcome outcome = sync(rig);
+  EXPECT_EQ(outcome.exit_code, 3) << outcome.err;
+  const auto bursts = nlohmann::json::parse(outcome.out)["bursts"];
+  ASSERT_EQ(bursts.size(), 2u);
+  EXPECT_NE(bursts[0]["failed"].get<std::string>().find("cannot read burst 41"), std::string::npos);
+  EXPECT_EQ(bursts[1]["failed"], "");
+  EXPECT_NO_THROW(require_burst(read_session(out / "burst-000042")));
+  EXPECT_EQ(rig.acknowledged().size(), 40u);
+  EXPECT_FALSE(rig.forgot_damaged());
+  EXPECT_FALSE(fs::exists(out / "burst-000041"));
+}
+
 TEST_F(RigBursts, SyncOfABurstThatTheRigMarkedKeepsWhatThereIsAndSaysThatItCannotBeFitted) {
   FakeRigFaults faults;
   faults.lacks = true;

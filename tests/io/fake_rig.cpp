@@ -18,6 +18,7 @@ namespace {
 
 constexpr size_t kChunkBytes = 1000;  // small, so that small photographs need several
 constexpr uint64_t kBurstId = 42;
+constexpr uint64_t kDamagedId = 41;
 constexpr double kPatience_s = 5;
 
 }  // namespace
@@ -118,6 +119,11 @@ void FakeRig::hold(const v1::HeldBurst& burst) {
   held_->set_frames_held(uint32_t(photographs_.size()));
 }
 
+bool FakeRig::forgot_damaged() const {
+  const std::lock_guard lock(mutex_);
+  return forgot_damaged_;
+}
+
 bool FakeRig::holds_burst() const {
   const std::lock_guard lock(mutex_);
   return held_.has_value();
@@ -186,14 +192,7 @@ void FakeRig::answer(const v1::Request& request, Socket* socket, int fd) {
     case v1::Request::kBurst:
       return answer_burst(request, socket);
     case v1::Request::kFrames:
-      for (const FakePhotograph& p : photographs_) {
-        if (held_ && acknowledged_.contains(p.offer.frame_id())) continue;
-        *reply.mutable_frame() = p.offer;
-        if (faults_.wrong_frame_crc) reply.mutable_frame()->set_crc32c(p.offer.crc32c() ^ 1);
-        say(request, reply, socket);
-      }
-      *reply.mutable_done() = ending();
-      return say(request, reply, socket);
+      return answer_frames(request, socket);
     case v1::Request::kBlob:
       return answer_blob(request, socket, fd);
     case v1::Request::kTiming:
@@ -203,6 +202,7 @@ void FakeRig::answer(const v1::Request& request, Socket* socket, int fd) {
     case v1::Request::kBursts:
       return answer_bursts(request, socket);
     case v1::Request::kBurstAck:
+      forgot_damaged_ = forgot_damaged_ || request.burst_ack().burst_id() == kDamagedId;
       held_.reset();
       reply.mutable_acknowledged();
       return say(request, reply, socket);
@@ -304,13 +304,36 @@ void FakeRig::answer_timing(const v1::Request& request, Socket* socket) {
   say(request, reply, socket);
 }
 
-void FakeRig::answer_bursts(const v1::Request& request, Socket* socket) {
+void FakeRig::answer_frames(const v1::Request& request, Socket* socket) {
   v1::Reply reply;
-  if (held_) {
-    *reply.mutable_held() = *held_;
+  if (faults_.holds_damaged && request.frames().burst_id() == kDamagedId) {
+    reply.mutable_refusal()->set_code(v1::Refusal::NOT_FOUND);
+    reply.mutable_refusal()->set_reason("its disk cannot read burst 41");
+    return say(request, reply, socket);
+  }
+  for (const FakePhotograph& p : photographs_) {
+    if (held_ && acknowledged_.contains(p.offer.frame_id())) continue;
+    *reply.mutable_frame() = p.offer;
+    if (faults_.wrong_frame_crc) reply.mutable_frame()->set_crc32c(p.offer.crc32c() ^ 1);
     say(request, reply, socket);
   }
-  reply.mutable_held_end()->set_bursts(held_ ? 1 : 0);
+  *reply.mutable_done() = ending();
+  say(request, reply, socket);
+}
+
+void FakeRig::answer_bursts(const v1::Request& request, Socket* socket) {
+  v1::Reply reply;
+  std::vector<v1::HeldBurst> all;
+  if (held_) all.push_back(*held_);
+  if (held_ && faults_.holds_damaged) {
+    all.insert(all.begin(), *held_);
+    all.front().set_burst_id(kDamagedId);
+  }
+  for (const v1::HeldBurst& held : all) {
+    *reply.mutable_held() = held;
+    say(request, reply, socket);
+  }
+  reply.mutable_held_end()->set_bursts(uint32_t(all.size()));
   say(request, reply, socket);
 }
 

@@ -36,6 +36,7 @@ struct FakeRigFaults {
   std::string off_during_burst;    // the rig too is off meanwhile, and says this of what is left
   bool dies_in_burst = false;      // it does not come back
   bool lacks = false;              // what is added is all of the burst: a photograph was lost
+  bool holds_damaged = false;      // before the burst held, another that it cannot read itself
   bool refuses_burst = false;
   bool is_busy = false;
   double reply_delay_s = 0;
@@ -60,6 +61,7 @@ class FakeRig {
   std::set<uint32_t> acknowledged() const;
   std::vector<uint32_t> offsets(uint32_t frame_id) const;  // from which it was asked for
   bool holds_burst() const;
+  bool forgot_damaged() const;
 
  private:
   v1::BurstDone ending() const;
@@ -70,6 +72,7 @@ class FakeRig {
   void answer_blob(const v1::Request& request, Socket* socket, int fd);
   void answer_timing(const v1::Request& request, Socket* socket);
   void answer_ack(const v1::Request& request, Socket* socket);
+  void answer_frames(const v1::Request& request, Socket* socket);
   void answer_bursts(const v1::Request& request, Socket* socket);
   void say(const v1::Request& request, v1::Reply reply, Socket* socket);
   const FakePhotograph* find(uint32_t frame_id) const;
@@ -88,6 +91,7 @@ class FakeRig {
   std::set<uint32_t> acknowledged_;
   std::map<uint32_t, std::vector<uint32_t>> offsets_;
   std::optional<v1::HeldBurst> held_;
+  bool forgot_damaged_ = false;
   std::thread thread_;
 };
 
