@@ -24,10 +24,9 @@ static bool is_in_memory(const struct dialogue* dialogue, uint64_t burst_id) {
 
 static bool refuse_burst_id(struct dialogue* dialogue, uint32_t id, uint64_t burst_id) {
   const struct session* session = dialogue->session;
-  const bool under_way =
-      session->state != lamella_v1_RigState_IDLE &&
-      (!session->store->on_disk ||
-       (burst_id == session->burst_id && session->state != lamella_v1_RigState_FAULT));
+  const bool works =
+      session->state == lamella_v1_RigState_ARMED || session->state == lamella_v1_RigState_RUNNING;
+  const bool under_way = works && burst_id == session->burst_id;
   return link_refuse(dialogue, id, under_way ? CODE(WRONG_STATE) : CODE(NOT_FOUND),
                      under_way ? "the burst is not over" : "the rig holds no such burst");
 }
@@ -116,7 +115,7 @@ static bool send_done_on_disk(struct dialogue* dialogue, uint32_t id,
   done->burst_id = burst->id;
   if (!burst->whole) {
     done->frame_count = burst->held + burst->acknowledged;
-    snprintf(done->verdict, sizeof done->verdict, "PARTIAL: %.110s", burst->why);
+    snprintf(done->verdict, sizeof done->verdict, "PARTIAL: %s", burst->why);
   }
   return link_send(dialogue);
 }
@@ -210,7 +209,10 @@ static bool answer_calibration(struct dialogue* dialogue, uint32_t id,
                                const lamella_v1_BlobQuery* query) {
   static uint8_t bytes[1 << 20];  // as large as the rig reads any
   const struct held_burst* burst = find_on_disk(dialogue, query->burst_id);
-  struct blob calibration = {0, 0, dialogue->calibration, dialogue->calibration_size};
+  struct blob calibration = {query->burst_id, 0, dialogue->calibration, dialogue->calibration_size};
+  if (burst == NULL && query->burst_id != 0 && !is_in_memory(dialogue, query->burst_id)) {
+    return refuse_burst_id(dialogue, id, query->burst_id);
+  }
   if (burst != NULL) {
     char path[DISK_MAX_PATH];
     burst_path(burst, "calibration.json", path);
@@ -285,16 +287,23 @@ static bool acknowledge_on_disk(struct dialogue* dialogue, uint32_t id,
   return say_acknowledged(dialogue, id, frame_id);
 }
 
+static bool acknowledge_in_memory(struct dialogue* dialogue, uint32_t id, uint32_t frame_id) {
+  struct store* store = dialogue->session->store;
+  for (size_t i = 0; i < store->count; i++) {
+    if (store->photographs[i].frame_id != frame_id) continue;
+    store->photographs[i].acknowledged = true;
+    return say_acknowledged(dialogue, id, frame_id);
+  }
+  return refuse_frame_id(dialogue, id);
+}
+
 bool link_answer_ack(struct dialogue* dialogue, uint32_t id, const lamella_v1_FrameAck* ack) {
   const struct held_burst* burst = find_on_disk(dialogue, ack->burst_id);
   if (burst != NULL) return acknowledge_on_disk(dialogue, id, burst, ack->frame_id);
   if (!is_in_memory(dialogue, ack->burst_id)) {
     return refuse_burst_id(dialogue, id, ack->burst_id);
   }
-  struct photograph* held = store_find(dialogue->session->store, ack->frame_id);
-  if (held == NULL) return refuse_frame_id(dialogue, id);
-  held->acknowledged = true;
-  return say_acknowledged(dialogue, id, ack->frame_id);
+  return acknowledge_in_memory(dialogue, id, ack->frame_id);
 }
 
 bool link_answer_burst_ack(struct dialogue* dialogue, uint32_t id, uint64_t burst_id) {

@@ -18,12 +18,20 @@ static const double kLongestWaitS = 60;  // for the button
 static const double kMostAttempts = 6, kAttemptEveryUs = 10e6;
 static const double kBlinkUs = 500e3, kBetweenDigitsUs = 1e6, kBetweenCodesUs = 2.5e6;
 
+// What is not printable ASCII a host would not show; cut in its middle it would be no text at all.
+static void name_rig(char to[TRUST_NAME_CHARS], const char* name) {
+  snprintf(to, TRUST_NAME_CHARS, "%s", name);
+  for (char* c = to; *c != '\0'; c++) {
+    if (*c < 0x20 || *c > 0x7e) *c = '_';
+  }
+}
+
 void pair_init(struct pair* pair, struct trust* trust, const struct identity* identity,
                const char* rig_name) {
   memset(pair, 0, sizeof *pair);
   pair->trust = trust;
   memcpy(pair->rig_fingerprint, identity->fingerprint, FINGERPRINT_BYTES);
-  snprintf(pair->rig_name, sizeof pair->rig_name, "%s", rig_name);
+  name_rig(pair->rig_name, rig_name);
   pair->attempts = kMostAttempts;
 }
 
@@ -98,7 +106,7 @@ static bool show_code(struct pair* pair) {
   for (int i = 0; i < PAIR_DIGITS; i++) fprintf(stderr, "%u", pair->digits[i]);
   fprintf(stderr, "\n");
   lamella_v1_PairReply reply = {.which_body = lamella_v1_PairReply_ready_tag};
-  memcpy(reply.body.ready.rig_name, pair->rig_name, sizeof pair->rig_name);
+  snprintf(reply.body.ready.rig_name, sizeof reply.body.ready.rig_name, "%s", pair->rig_name);
   return pair->send(pair->context, &reply);
 }
 

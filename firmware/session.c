@@ -25,7 +25,7 @@ void session_init(struct session* session, const struct rig* rig, struct hal* ha
   session->store = store;
   session->state = STATE(IDLE);
   session->stands_crossed = rig->analyser_parks_crossed;
-  session->burst_id = store_newest_burst(store);
+  session->burst_id = store->last_burst_id;
 }
 
 void session_test_latency(struct session* session) {

@@ -126,10 +126,8 @@ size_t store_held(struct store* store);
 // False, with a reason, where the disk does not take them.
 bool store_measure(void* store, double* free_bytes, double* bytes_per_s, char error[112]);
 
-// Bursts of which photographs or an explanation are held; the newest of them, 0 where there is
-// none.
+// Bursts of which photographs or an explanation are held.
 uint32_t store_bursts_held(struct store* store);
-uint64_t store_newest_burst(const struct store* store);
 
 // What is on disk. NULL where no such burst is held, or it is under way.
 const struct held_burst* store_find_burst(const struct store* store, uint64_t burst_id);

@@ -3,8 +3,9 @@
 //   burst-000012.partial/        burst-000012/ once it is whole
 //     begin                      BurstBegin
 //     calibration.json           the rig's, as it was then
-//     frame-07.raw, .record      a photograph and its FrameOffer; .record is .acked once a host has
-//     it timing                     TimingEdges, one record for every 64 edges end BurstEnd
+//     frame-07.raw, .record      a photograph and its FrameOffer; .acked once a host has it
+//     timing                     TimingEdges, one record for every 64 edges
+//     end                        BurstEnd
 //
 // Every file is written beside its place, synced and renamed into it. A photograph is kept once its
 // record's name is synced; a host's acknowledgement counts once the record's new name is.

@@ -18,10 +18,6 @@ uint32_t store_bursts_held(struct store* store) {
   return store_held(store) > 0 && !store->is_open;
 }
 
-uint64_t store_newest_burst(const struct store* store) {
-  return store->burst_count > 0 ? store->bursts[store->burst_count - 1].id : 0;
-}
-
 static void stop_reading(struct store* store) {
   if (store->reading >= 0) close(store->reading);
   store->reading = -1;

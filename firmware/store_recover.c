@@ -125,8 +125,10 @@ static int load_burst(struct disk* disk, struct held_burst* burst) {
   }
   burst_explain(burst, ended ? &end : NULL);
   say(burst, completed);
-  if (failed != 0 || burst->held > 0 || burst->acknowledged == 0) return failed;
-  failed = burst_remove(disk, burst);  // its last photograph was acknowledged
+  // Its last photograph was acknowledged. What cannot be read was not: somebody is to hear of that.
+  const bool is_done = burst->held == 0 && burst->acknowledged > 0 && burst->damaged == 0;
+  if (failed != 0 || !is_done) return failed;
+  failed = burst_remove(disk, burst);
   burst->id = 0;
   return failed;
 }

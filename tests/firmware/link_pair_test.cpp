@@ -27,16 +27,18 @@ class Pairing : public ::testing::Test {
     identity.fingerprint[0] = 9;
     pair_init(&pair, &trust, &identity, "rig");
     pair.context = this;
-    pair.send = [](void* self, const lamella_v1_PairReply* reply) {
-      static_cast<Pairing*>(self)->reply = *reply;
-      return true;
-    };
+    pair.send = send;
     host.purpose = LINK_FOR_PAIRING;
     host.fingerprint[0] = 1;
     host.channel[0] = 2;
     pair_begin(&pair, &host, now_us);
   }
   void TearDown() override { std::filesystem::remove_all(folder); }
+
+  static bool send(void* self, const lamella_v1_PairReply* reply) {
+    static_cast<Pairing*>(self)->reply = *reply;
+    return true;
+  }
 
   bool ask(const lamella_v1_PairRequest& request) {
     uint8_t bytes[512];
@@ -141,6 +143,20 @@ TEST_F(Pairing, RigsOwnCommitmentCannotBeSentBackToIt) {
   request.body.reveal.nonce.size = PAIR_NONCE_BYTES;
   EXPECT_FALSE(ask(request));
   expect_refusal(lamella_v1_PairRefusal_Code_WRONG_CODE);
+}
+
+TEST_F(Pairing, NameAsLongAsAMachinesMayBeReachesTheHostInLettersThatItCanShow) {
+  struct identity identity = {};
+  pair_init(&pair, &trust, &identity, ("Z\xC3\xBCrich\n" + std::string(80, 'n')).c_str());
+  pair.context = this;
+  pair.send = send;
+  pair_begin(&pair, &host, now_us);
+  open(10);
+  ASSERT_TRUE(pass(2, true));
+  uint8_t bytes[512];
+  pb_ostream_t stream = pb_ostream_from_buffer(bytes, sizeof bytes);
+  EXPECT_TRUE(pb_encode(&stream, lamella_v1_PairReply_fields, &reply));
+  EXPECT_EQ(reply.body.ready.rig_name, "Z__rich_" + std::string(56, 'n'));
 }
 
 TEST_F(Pairing, ButtonMustBeHeldForASecondWithinTheWait) {

@@ -229,6 +229,20 @@ TEST_F(Link, CalibrationIsServedAsItWasFound) {
   EXPECT_EQ(bytes, std::vector<uint8_t>(calibration.begin() + 50000, calibration.end()));
 }
 
+TEST_F(Link, CalibrationOfABurstIsThatBurstsOrNone) {
+  greet();
+  hold_photograph(100);
+  lamella_v1_Request request = request_of(lamella_v1_Request_blob_tag);
+  request.body.blob.kind = lamella_v1_BlobQuery_Kind_CALIBRATION;
+  request.body.blob.burst_id = 5;
+  answer(request);
+  ASSERT_EQ(replies[0].which_body, lamella_v1_Reply_chunk_tag);
+  EXPECT_EQ(replies[0].body.chunk.burst_id, 5u);
+  request.body.blob.burst_id = 6;
+  answer(request);
+  expect_refusal(lamella_v1_Refusal_Code_NOT_FOUND, "no such burst");
+}
+
 TEST_F(Link, PhotographIsForgottenAfterItsAckAndNotBefore) {
   greet();
   hold_photograph(100);
@@ -240,8 +254,52 @@ TEST_F(Link, PhotographIsForgottenAfterItsAckAndNotBefore) {
   ASSERT_EQ(replies[0].which_body, lamella_v1_Reply_acknowledged_tag);
   EXPECT_EQ(replies[0].body.acknowledged.frame_id, 3u);
   EXPECT_EQ(store_held(&photographs), 0u);
+  answer(blob(0));
+  expect_refusal(lamella_v1_Refusal_Code_NOT_FOUND, "no such photograph");
+}
+
+TEST_F(Link, AnAcknowledgementIsAnsweredAgainWhereItsAnswerWasLost) {
+  greet();
+  hold_photograph(100);
+  lamella_v1_Request ack = request_of(lamella_v1_Request_ack_tag);
+  ack.body.ack = {5, 3};
+  for (int i = 0; i < 2; i++) {
+    answer(ack);
+    ASSERT_EQ(replies[0].which_body, lamella_v1_Reply_acknowledged_tag);
+    EXPECT_EQ(replies[0].body.acknowledged.frame_id, 3u);
+  }
+  ack.body.ack.frame_id = 4;
   answer(ack);
   expect_refusal(lamella_v1_Refusal_Code_NOT_FOUND, "no such photograph");
+}
+
+TEST_F(Link, WhatIsAskedOfABurstThatEndedInFaultIsNotFoundAndNotUnderWay) {
+  greet();
+  answer(request_of(lamella_v1_Request_burst_tag));
+  while (session_work(&session)) continue;  // there is no twin
+  ASSERT_EQ(session.state, lamella_v1_RigState_FAULT);
+  lamella_v1_Request frames = request_of(lamella_v1_Request_frames_tag);
+  frames.body.frames.burst_id = session.burst_id;
+  answer(frames);
+  expect_refusal(lamella_v1_Refusal_Code_NOT_FOUND, "no such burst");
+}
+
+TEST_F(Link, ThePartialBurstsVerdictGivesItsWholeReason) {
+  greet();
+  photographs.on_disk = true;
+  photographs.burst_count = 1;
+  struct held_burst* burst = &photographs.bursts[0];
+  burst->id = 8;
+  burst->expected = 40;
+  lamella_v1_BurstEnd end = lamella_v1_BurstEnd_init_zero;
+  memset(end.why, 'w', 100);
+  burst_explain(burst, &end);
+  lamella_v1_Request frames = request_of(lamella_v1_Request_frames_tag);
+  frames.body.frames.burst_id = 8;
+  answer(frames);
+  ASSERT_EQ(replies.back().which_body, lamella_v1_Reply_done_tag);
+  EXPECT_EQ(std::string(replies.back().body.done.verdict),
+            "PARTIAL: " + std::string(100, 'w') + "; 0 of 40 photographs are whole");
 }
 
 TEST_F(Link, ABurstThatFlashesNeedsTheOperatorsWordForThisSubject) {

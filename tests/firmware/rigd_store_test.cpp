@@ -152,6 +152,17 @@ TEST_F(RigdStore, AnAcknowledgementIsAnsweredAgainWhereItsAnswerWasLost) {
   EXPECT_EQ(held()[0].frames_held, 38u);
 }
 
+TEST_F(RigdStore, StatusTellsTheNewestBurstEvenWhereOnlyAnOlderOneIsHeld) {
+  run_burst();
+  const uint64_t second = run_burst();
+  for (const auto& offer : host->offers(second)) take_away(offer);
+  start();
+  const lamella_v1_Status status = host->ask(request_of(lamella_v1_Request_status_tag)).body.status;
+  EXPECT_EQ(status.burst_id, second);
+  EXPECT_EQ(status.frames_held, 0u);
+  EXPECT_EQ(status.bursts_held, 1u);
+}
+
 TEST_F(RigdStore, ADaemonKilledInTheMiddleLeavesAPlainlyPartialBurstThatItExplains) {
   host->send(request_of(lamella_v1_Request_burst_tag));
   lamella_v1_Reply reply = lamella_v1_Reply_init_zero;

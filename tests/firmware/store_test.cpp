@@ -141,6 +141,27 @@ TEST(Store, ABurstWithoutPhotographsIsReleasedAndOneWithThemIsNot) {
   EXPECT_FALSE(fs::exists(folder.path() / "burst-000001.partial"));
 }
 
+TEST(Store, ABurstWhoseRestCannotBeReadStaysUntilSomebodyHasHeardOfIt) {
+  const TemporaryFolder folder;
+  Promises promises;
+  {
+    StoreBench bench(folder.path());
+    ASSERT_TRUE(bench.open());
+    bench.acknowledge(bench.burst(3, &promises), 0, &promises);
+  }
+  for (const char* name : {"frame-01.raw", "frame-02.raw"}) {
+    fs::resize_file(folder.path() / "burst-000001" / name, 7);
+  }
+  StoreBench after(folder.path());
+  ASSERT_TRUE(after.open());
+  ASSERT_NE(store_find_burst(&after.store, 1), nullptr);
+  EXPECT_STREQ(store_find_burst(&after.store, 1)->why,
+               "ended well, but its disk lost some: 1 of 3 photographs are whole, 2 damaged");
+  EXPECT_TRUE(fs::exists(folder.path() / "burst-000001" / "frame-01.raw"));
+  EXPECT_EQ(store_release(&after.store, 1), LAM_OK);
+  EXPECT_FALSE(fs::exists(folder.path() / "burst-000001"));
+}
+
 TEST(Store, OnlyOneDaemonKeepsItsPhotographsInAFolder) {
   const TemporaryFolder folder;
   StoreBench first(folder.path()), second(folder.path());
