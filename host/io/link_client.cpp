@@ -208,10 +208,10 @@ void LinkClient::await_idle(const std::string& cut, Burst* burst) {
 }
 
 Burst LinkClient::held_burst() {
-  const uint64_t newest = status().burst_id();
-  for (const v1::HeldBurst& held : this->held()) {
-    if (held.burst_id() == newest && held.frames_held() > 0) return burst_of(this, held);
-  }
+  const std::vector<v1::HeldBurst> all = held();
+  const auto newest = std::find_if(all.rbegin(), all.rend(),
+                                   [](const v1::HeldBurst& h) { return h.frames_held() > 0; });
+  if (newest != all.rend()) return burst_of(this, *newest);
   fail("holds no photographs", "run a burst");
 }
 

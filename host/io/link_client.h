@@ -55,7 +55,7 @@ class LinkClient : public BurstSource {
   Burst run_burst(const std::string& subject, bool discard_held = false,
                   bool flashing_confirmed = false);
 
-  // The newest burst, of which photographs are still held.
+  // The newest burst of which photographs are held.
   Burst held_burst();
 
   std::vector<v1::FrameOffer> offers(const Burst& burst) override;
