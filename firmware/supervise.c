@@ -130,8 +130,13 @@ static void supervise(struct mourner* mourner, pid_t child, int died_exit) {
   } else {
     pthread_t thread;
     claim_time(mourner->supervised->priority);
-    // Without the thread the child's end is told a little later.
-    if (pthread_create(&thread, NULL, mourn, mourner) != 0) perror("lamella-rigd: supervisor");
+    // Without the thread the child's end is told a little later. Nobody waits for it: where the
+    // child died before it held the lock, it does not end.
+    if (pthread_create(&thread, NULL, mourn, mourner) == 0) {
+      pthread_detach(thread);
+    } else {
+      perror("lamella-rigd: supervisor");
+    }
     watch(mourner, child, child_fd, signal_fd);
   }
   darken(mourner);
