@@ -1,16 +1,12 @@
 #include "hal_linux.h"
 
-#include <fcntl.h>
-#include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
 #include "hal_linux_time.h"
 
-static const double kPauseUs = 5000;             // to a burst's zero where no display sets it
-static const double kTemperatureEveryUs = 5000;  // a sensor may take a millisecond to read
+static const double kPauseUs = 5000;  // to a burst's zero where no display sets it
 static const double kStandEveryUs = 1000;
 
 static enum lam_status fail(struct hal_linux* board, const char* why) {
@@ -123,30 +119,20 @@ static bool next_seen(void* self, struct hal_seen_edge* edge) {
   return true;
 }
 
-static bool read_temperature(struct hal_linux* board) {
-  if (board->temperature_fd < 0 || linux_now_us() < board->temperature_us) return true;
-  char text[16];
-  const ssize_t size = pread(board->temperature_fd, text, sizeof text - 1, 0);
-  if (size <= 0) return false;
-  text[size] = '\0';
-  char* end = NULL;
-  board->hottest_c = strtol(text, &end, 10) * 1e-3;
-  board->temperature_us = linux_now_us() + kTemperatureEveryUs;
-  return end != text;
-}
-
 static enum lam_status sense(void* self, struct hal_senses* senses) {
   struct hal_linux* board = self;
   if (drain_loops(board) != LAM_OK || drain_inputs(board) != LAM_OK) return LAM_HARDWARE;
   if (linux_lines_read(&board->inputs) != LAM_OK) return fail(board, board->inputs.error);
-  if (!read_temperature(board)) return fail(board, "linux.temperature_file cannot be read");
+  if (linux_thermometer_read(&board->thermometer) != LAM_OK) {
+    return fail(board, board->thermometer.error);
+  }
   const int* levels = board->inputs.levels;
   *senses = (struct hal_senses){
       .start_pressed = levels[LINUX_START] == 1,
       .estopped = board->rig->board.estop_line[0] != '\0' && levels[LINUX_ESTOP] == 0,
       .at_parallel = levels[LINUX_AT_PARALLEL] == 1,
       .at_crossed = levels[LINUX_AT_CROSSED] == 1,
-      .hottest_c = board->hottest_c};
+      .hottest_c = board->thermometer.hottest_c};
   if (!linux_actuator_is_stuck(&board->actuator, linux_now_us())) return LAM_OK;
   return fail(board, "the analyser's actuator has not reached its end stop: is it stuck?");
 }
@@ -285,9 +271,9 @@ static void close_rest(struct hal_linux* board) {
   linux_lines_close(&board->operators);
   linux_lines_close(&board->inputs);
   linux_lines_close(&board->loops);
-  if (board->temperature_fd >= 0) close(board->temperature_fd);
+  linux_thermometer_close(&board->thermometer);
   if (board->latency_fd >= 0) close(board->latency_fd);
-  board->temperature_fd = board->latency_fd = -1;
+  board->latency_fd = -1;
 }
 
 static void close_rig(void* self) {
@@ -337,21 +323,16 @@ static enum lam_status open_devices(struct hal_linux* board) {
   return LAM_OK;
 }
 
-static enum lam_status open_temperature(struct hal_linux* board) {
+static enum lam_status open_thermometer(struct hal_linux* board) {
   const char* file = board->rig->board.temperature_file;
-  if (file[0] == '\0') return LAM_OK;
-  board->temperature_fd = open(file, O_RDONLY | O_CLOEXEC);
-  if (board->temperature_fd >= 0 && read_temperature(board)) return LAM_OK;
-  snprintf(board->hal.error, sizeof board->hal.error, "linux.temperature_file %.64s cannot be read",
-           file);
-  return LAM_HARDWARE;
+  if (linux_thermometer_open(&board->thermometer, file) == LAM_OK) return LAM_OK;
+  return fail(board, board->thermometer.error);
 }
 
 enum lam_status hal_linux_claim(struct hal_linux* board, const struct rig* rig) {
   memset(board, 0, sizeof *board);
   board->rig = rig;
-  board->latency_fd = board->temperature_fd = board->spi.fd = -1;
-  board->hottest_c = NAN;
+  board->latency_fd = board->thermometer.fd = board->spi.fd = -1;
   board->hal = (struct hal){.name = "linux",
                             .self = board,
                             .keeps_real_time = true,
@@ -388,7 +369,7 @@ enum lam_status hal_linux_claim(struct hal_linux* board, const struct rig* rig) 
 enum lam_status hal_linux_open(struct hal_linux* board) {
   enum lam_status status = open_lines(board);
   if (status == LAM_OK) status = open_devices(board);
-  if (status == LAM_OK) status = open_temperature(board);
+  if (status == LAM_OK) status = open_thermometer(board);
   if (status == LAM_OK) status = linux_memory_lock(board->hal.error);
   if (status != LAM_OK) {
     close_rest(board);

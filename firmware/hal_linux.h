@@ -9,6 +9,7 @@
 #include "hal_linux_display.h"
 #include "hal_linux_gpio.h"
 #include "hal_linux_spi.h"
+#include "hal_linux_thermometer.h"
 #include "rig.h"
 
 enum { LINUX_CAMERAS = 2, LINUX_MAX_SHOTS = 128, LINUX_MAX_SEEN = 512 };
@@ -34,8 +35,8 @@ struct hal_linux {
   bool has_display;
   struct linux_camera cameras[LINUX_CAMERAS];
   bool has_camera[LINUX_CAMERAS];
-  int latency_fd, temperature_fd;    // -1: none
-  double temperature_us, hottest_c;  // read then
+  struct linux_thermometer thermometer;
+  int latency_fd;  // -1: none
   struct linux_shot shots[LINUX_MAX_SHOTS];
   unsigned shot_count;  // those that are over: another thread reads it, atomically
   bool triggered;

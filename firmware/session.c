@@ -7,6 +7,7 @@
 #include "budget.h"
 #include "latency.h"
 #include "led_driver.h"
+#include "session_inside.h"
 #include "verdict.h"
 
 enum { kDiskWaitMs = 20 };  // hosts are heard between
@@ -14,8 +15,7 @@ enum { kDiskWaitMs = 20 };  // hosts are heard between
 #define STATE(name) lamella_v1_RigState_##name
 
 static const double kCollectUs = 20e3;  // and so long for a photograph
-static const double kHostSilentUs = 500e3;
-static const double kLetGoUs = 1e6;  // a camera lets go of a forgotten photograph by then
+static const double kLetGoUs = 1e6;     // a camera lets go of a forgotten photograph by then
 
 void session_init(struct session* session, const struct rig* rig, struct hal* hal,
                   struct store* store) {
@@ -120,7 +120,7 @@ void session_close(struct session* session) {
   if (collector_stop(&session->collector)) settle(session);
 }
 
-static bool fail(struct session* session, enum lam_part part, const char* why) {
+bool session_fail(struct session* session, enum lam_part part, const char* why) {
   session->fault_part = part;
   session->hal->lights_off(session->hal->self);
   snprintf(session->fault, sizeof session->fault, "%s", why);
@@ -131,9 +131,9 @@ static bool fail(struct session* session, enum lam_part part, const char* why) {
   return true;
 }
 
-static bool fail_by_collector(struct session* session) {
+bool session_fail_by_collector(struct session* session) {
   const bool disk = store_fault(session->store)[0] != '\0';
-  return fail(session, disk ? LAM_PART_DISK : LAM_PART_CAMERA, session->collector.error);
+  return session_fail(session, disk ? LAM_PART_DISK : LAM_PART_CAMERA, session->collector.error);
 }
 
 // A plan that breaks no rule, or the reason why there is none.
@@ -211,11 +211,11 @@ static bool start(struct session* session) {
   session->offered = session->told = 0;
   struct led_functions functions;
   if (led_driver_ready(session->hal, session->rig, &functions) != LAM_OK) {
-    return fail(session, LAM_PART_LED_CHAIN, session->hal->error);
+    return session_fail(session, LAM_PART_LED_CHAIN, session->hal->error);
   }
   if (player_start(&take->player, session->hal, session->rig, &take->plan, &take->timeline) !=
       LAM_OK) {
-    return fail(session, LAM_PART_OTHER, session->hal->error);
+    return session_fail(session, LAM_PART_OTHER, session->hal->error);
   }
   session->playing = true;
   return go(session, STATE(RUNNING)) == LAM_OK;
@@ -250,60 +250,12 @@ static bool play(struct session* session) {
   struct player* player = &take->player;
   const struct edge* edge = &take->timeline.edges[player->next];
   if (player_step(player) != LAM_OK) {
-    return fail(session, part_behind(edge->line), session->hal->error);
+    return session_fail(session, part_behind(edge->line), session->hal->error);
   }
   if (edge->line == EDGE_ANALYSER) session->stands_crossed = edge->value;
   session->playing = !player_is_done(player);
   offer_played(session);
   return true;
-}
-
-// The junctions are hotter than the board by what a lit LED heats itself.
-static double hottest_board_c(const struct rig* rig) {
-  return rig->leds_highest_junction_c - rig->leds_power_w * rig->leds_thermal_k_per_w;
-}
-
-void session_tie_to_host(struct session* session) {
-  session->ends_with_host = true;
-  session_hear_host(session);
-}
-
-void session_hear_host(struct session* session) {
-  session->host_heard_us = session->hal->now_us(session->hal->self);
-}
-
-void session_lose_host(struct session* session) {
-  const bool under_way = session->state == STATE(ARMED) || session->playing;
-  if (!session->ends_with_host || !under_way) return;
-  fail(session, LAM_PART_OTHER, "the host that the burst is tied to is gone");
-}
-
-static bool is_host_silent(const struct session* session) {
-  const double silent_us = session->hal->now_us(session->hal->self) - session->host_heard_us;
-  return session->ends_with_host && silent_us > kHostSilentUs;
-}
-
-void session_watch(struct session* session) {
-  if (!session->playing) return;
-  struct hal* hal = session->hal;
-  struct hal_senses senses;
-  if (hal_beat(hal) != LAM_OK) {
-    fail(session, LAM_PART_OTHER, hal->error);
-  } else if (hal->sense(hal->self, &senses) != LAM_OK) {
-    fail(session, LAM_PART_ACTUATOR, hal->error);
-  } else if (senses.estopped) {
-    fail(session, LAM_PART_ESTOP, "the emergency stop is pressed: release it, then abort");
-  } else if (senses.hottest_c > hottest_board_c(session->rig)) {
-    fail(session, LAM_PART_HEAT, "the LEDs' board is too hot: let it cool, then abort");
-  } else if (store_fault(session->store)[0] != '\0') {
-    fail(session, LAM_PART_DISK, store_fault(session->store));
-  } else if (collector_has_failed(&session->collector)) {
-    fail_by_collector(session);
-  } else if (is_host_silent(session)) {
-    session_lose_host(session);
-  } else {
-    player_hear_loopbacks(&roll_newest_take(&session->roll)->player);
-  }
 }
 
 static bool collect(struct session* session) {
@@ -334,7 +286,7 @@ static bool retake(struct session* session) {
   hal->wait_until_us(hal->self, session->retake.rest_us);
   struct take* take = roll_add_take(roll, &session->retake.plan, &session->retake.timeline);
   if (player_resume(&take->player, hal, session->rig, &take->plan, &take->timeline) != LAM_OK) {
-    return fail(session, LAM_PART_OTHER, hal->error);
+    return session_fail(session, LAM_PART_OTHER, hal->error);
   }
   const double end_us = roll_zero_us(roll, roll->take_count - 1) + take->plan.duration_us;
   if (end_us > session->rig->burst_longest_us) {
@@ -360,7 +312,7 @@ static bool finish(struct session* session) {
   verdict_write(roll, collector_kept(&session->collector), session->retake.why_not, &session->done);
   session->done.burst_id = session->burst_id;
   if (end_in_store(session, NULL) != LAM_OK) {
-    return fail(session, LAM_PART_DISK, store_fault(session->store));
+    return session_fail(session, LAM_PART_DISK, store_fault(session->store));
   }
   fprintf(stderr, "lamella-rigd: burst %llu: %s\n", (unsigned long long)session->burst_id,
           session->done.verdict);
@@ -378,9 +330,9 @@ bool session_work(struct session* session) {
   if (session->state == STATE(ARMED)) return start(session);
   if (session->state != STATE(RUNNING)) return await_end(session);
   note_progress(session);
-  if (collector_has_failed(&session->collector)) return fail_by_collector(session);
+  if (collector_has_failed(&session->collector)) return session_fail_by_collector(session);
   if (store_fault(session->store)[0] != '\0') {
-    return fail(session, LAM_PART_DISK, store_fault(session->store));
+    return session_fail(session, LAM_PART_DISK, store_fault(session->store));
   }
   if (session->playing) return play(session);
   if (collector_done(&session->collector) < 2 * session->offered) return collect(session);

@@ -81,7 +81,7 @@ class Board : public testing::Test {
     fake_gpio().edges = {{"BLANK_IN", true, at_us}, {"CROSSED", true, at_us + 1}};
     hal.next_seen(&board_, &seen);
     hal.arrived(&board_, &at_us);
-    board_.temperature_us = 0;
+    board_.thermometer.due_us = 0;
     if (status == LAM_OK) status = hal.sense(&board_, &senses);
     return status == LAM_OK ? hal.resume(&board_, &at_us) : status;
   }

@@ -1,91 +1,23 @@
-// A board's camera on a kernel that is played (fake_v4l2.h): which frame becomes which shot's
-// photograph, and what is said where one is missing.
+// A board's camera: which frame becomes which shot's photograph, and what is said where one is
+// missing.
 #include <gtest/gtest.h>
 #include <linux/videodev2.h>
 #include <poll.h>
 
+#include <cstdio>
 #include <cstring>
+#include <string>
+#include <vector>
 
-#include "fake_v4l2.h"
-
-extern "C" {
-#include "hal_linux_camera.h"
-}
+#include "camera_bench.h"
 
 namespace {
-
-constexpr uint32_t kWidth = 4, kHeight = 2;
-
-struct rig rig_of_board() {
-  struct rig rig = {};
-  rig.camera_start_delay_us = 50;
-  rig.camera_guard_us = 300;
-  rig.camera_readout_us = 6000;
-  rig.projector_refresh_hz = 50;
-  rig.projector_light_periods = 1;
-  std::strcpy(rig.board.camera_left, "v4l2:/dev/video0");
-  std::strcpy(rig.board.camera_right, "v4l2:/dev/video1");
-  std::strcpy(rig.board.camera_trigger, "fixed");
-  rig.sensor.width_px = kWidth;
-  rig.sensor.height_px = kHeight;
-  rig.sensor.format = raw_format_find("GREY");
-  rig.sensor.black_level_dn = 64;
-  rig.sensor.full_scale_dn = 4064;
-  rig.sensor.stamp = RIG_STAMP_CLOSED;
-  rig.sensor.stamp_late_us = 2000;
-  return rig;
-}
-
-// Shots come every 40 ms and take 16 ms.
-struct linux_shot shot(unsigned number) {
-  const double trigger_us = 5e6 + number * 40e3;
-  return {number, trigger_us, trigger_us + 16e3};
-}
-
-double closed_us(unsigned number) { return shot(number).untrigger_us + 50; }
-
-FakeFrame frame(uint32_t sequence, double stamp_us, uint8_t grey) {
-  return {sequence, stamp_us, std::vector<uint8_t>(kWidth * kHeight, grey)};
-}
 
 // A plug-in's opener.
 enum lam_status open_nothing(struct linux_frames* frames, const struct linux_frames_wish* wish) {
   std::snprintf(frames->error, sizeof frames->error, "nothing at %s", wish->device);
   return LAM_HARDWARE;
 }
-
-class Camera : public testing::Test {
- protected:
-  void SetUp() override {
-    fake_v4l2 = FakeV4l2();
-    fake_v4l2.buffer_bytes = kWidth * kHeight;
-  }
-  void TearDown() override {
-    if (camera_.self) camera_.close(camera_.self);
-    EXPECT_EQ(fake_v4l2.open_files, 0);
-    EXPECT_EQ(fake_v4l2.mappings, 0);
-  }
-  enum lam_status open() { return linux_camera_open(&camera_, &rig_, 0); }
-  void arm() {
-    ASSERT_EQ(open(), LAM_OK) << camera_.error;
-    ASSERT_EQ(camera_.arm(camera_.self), LAM_OK) << camera_.error;
-  }
-  enum lam_status read(unsigned number) {
-    const struct linux_shot played = shot(number);
-    photograph_ = {};
-    photograph_.bytes = bytes_;
-    photograph_.capacity = sizeof bytes_;
-    return camera_.read(camera_.self, &played, &photograph_);
-  }
-  // The first pixel of the last photograph, as the camera gave it.
-  int grey() const { return (bytes_[0] | (bytes_[1] & 15) << 8) >> 4; }
-  std::string error() const { return camera_.error; }
-
-  struct rig rig_ = rig_of_board();
-  struct linux_camera camera_ = {};
-  struct hal_photograph photograph_ = {};
-  uint8_t bytes_[64] = {};
-};
 
 }  // namespace
 
@@ -319,111 +251,6 @@ TEST_F(Camera, APluginOfAnotherVersionIsRefusedAndOneOfThisIsAsked) {
   fake_v4l2.plugin.abi = LINUX_FRAMES_ABI;
   EXPECT_EQ(open(), LAM_HARDWARE);
   EXPECT_EQ(error(), "left camera: nothing at /base/imx296");
-}
-
-// The trigger's mode.
-
-TEST_F(Camera, ATriggerModeIsSetByTheNameOfItsControl) {
-  std::strcpy(rig_.board.camera_trigger, "control:Trigger Mode=1");
-  fake_v4l2.controls = {{"Gain", {1, 0}}, {"Trigger Mode", {V4L2_CID_PRIVATE_BASE, 0}}};
-  EXPECT_EQ(open(), LAM_OK) << error();
-  EXPECT_EQ(fake_v4l2.controls["Trigger Mode"].value, 1);
-  EXPECT_EQ(fake_v4l2.controls["Gain"].value, 0);
-}
-
-TEST_F(Camera, AControlThatIsNotThereOrDoesNotTakeIsTold) {
-  std::strcpy(rig_.board.camera_trigger, "control:Trigger Mode=1");
-  EXPECT_EQ(open(), LAM_HARDWARE);
-  EXPECT_NE(error().find("/dev/video0 has no control 'Trigger Mode'"), std::string::npos);
-  fake_v4l2.controls = {{"trigger mode", {V4L2_CID_PRIVATE_BASE, 0, true}}};
-  EXPECT_EQ(open(), LAM_HARDWARE);
-  EXPECT_NE(error().find("stays 0, not 1"), std::string::npos) << error();
-}
-
-TEST_F(Camera, AModulesParameterIsCheckedAndTheLineThatSetsItIsTold) {
-  const std::string file = "/sys/module/imx296/parameters/trigger_mode";
-  std::strcpy(rig_.board.camera_trigger, "module:imx296/parameters/trigger_mode=1");
-  EXPECT_EQ(open(), LAM_HARDWARE);
-  EXPECT_NE(error().find("module is not there: " + file.substr(0, 20)), std::string::npos)
-      << error();
-  fake_v4l2.files[file] = "0\n";
-  EXPECT_EQ(open(), LAM_HARDWARE);
-  EXPECT_NE(error().find("write 'options imx296 trigger_mode=1' into /etc/modprobe.d/lamella.conf"),
-            std::string::npos)
-      << error();
-  fake_v4l2.files[file] = "1\n";
-  EXPECT_EQ(open(), LAM_OK) << error();
-}
-
-TEST_F(Camera, AHookThatCannotBeReadIsABadInput) {
-  for (const char* hook :
-       {"control:Trigger Mode", "control:=1", "control:X=one", "module:imx296=1",
-        "module:../parameters/x=1", "maybe", "control:X=99999999999", "module:a/parameters/b="}) {
-    std::strcpy(rig_.board.camera_trigger, hook);
-    EXPECT_EQ(open(), LAM_BAD_INPUT) << hook;
-  }
-}
-
-// The exposure of a camera that an edge triggers.
-
-TEST_F(Camera, AnEdgeTriggeredCameraIsToldItsExposureAndAskedForIt) {
-  rig_.sensor.edge_triggered = true;
-  rig_.sensor.exposure_step_us = 9.1;
-  fake_v4l2.controls = {{"Exposure", {V4L2_CID_EXPOSURE, 0}},
-                        {"Auto Exposure", {V4L2_CID_EXPOSURE_AUTO, 0}}};
-  EXPECT_EQ(open(), LAM_OK) << error();
-  EXPECT_EQ(fake_v4l2.controls["Exposure"].value, 2198);  // 20 ms
-  EXPECT_EQ(fake_v4l2.controls["Auto Exposure"].value, V4L2_EXPOSURE_MANUAL);
-  EXPECT_NEAR(camera_.exposure_us, 2198 * 9.1, 1e-9);
-}
-
-TEST_F(Camera, AnExposureThatTheCameraDoesNotTakeIsToldInMicroseconds) {
-  rig_.sensor.edge_triggered = true;
-  rig_.sensor.exposure_step_us = 10;
-  fake_v4l2.controls = {{"Exposure", {V4L2_CID_EXPOSURE, 500, true}}};
-  EXPECT_EQ(open(), LAM_HARDWARE);
-  EXPECT_NE(error().find("exposes for 5000.0 us where 20000.0 us were asked"), std::string::npos);
-}
-
-TEST_F(Camera, AUsbCameraIsToldItsExposureInTheUnitsThatV4l2Gives) {
-  rig_.sensor.edge_triggered = true;
-  rig_.sensor.exposure_step_us = 100;
-  fake_v4l2.controls = {{"Exposure Time, Absolute", {V4L2_CID_EXPOSURE_ABSOLUTE, 0}},
-                        {"Auto Exposure", {V4L2_CID_EXPOSURE_AUTO, 0}}};
-  EXPECT_EQ(open(), LAM_OK) << error();
-  EXPECT_EQ(fake_v4l2.controls["Exposure Time, Absolute"].value, 200);  // 20 ms
-  EXPECT_NEAR(camera_.exposure_us, 20000, 1e-9);
-  camera_.close(camera_.self);
-  camera_.self = nullptr;
-  rig_.sensor.exposure_step_us = 9.1;
-  EXPECT_EQ(open(), LAM_BAD_INPUT);
-  EXPECT_NE(error().find("'camera.exposure_step_us = 100'"), std::string::npos) << error();
-}
-
-TEST_F(Camera, AnEdgeTriggeredCameraWithoutAStepOfExposureIsABadInput) {
-  rig_.sensor.edge_triggered = true;
-  rig_.sensor.exposure_step_us = 0;
-  EXPECT_EQ(open(), LAM_BAD_INPUT);
-  EXPECT_NE(error().find("camera.exposure_step_us"), std::string::npos) << error();
-}
-
-TEST_F(Camera, TheStampOfAnEdgeTriggeredFrameCountsFromItsEdge) {
-  rig_.sensor.edge_triggered = true;
-  rig_.sensor.exposure_step_us = 10;
-  fake_v4l2.controls = {{"Exposure", {V4L2_CID_EXPOSURE, 0}}};
-  arm();
-  fake_v4l2.frames = {frame(0, shot(0).trigger_us + 50 + 20000, 1), frame(1, closed_us(1), 2),
-                      frame(2, shot(2).trigger_us + 50 + 20000, 3)};
-  EXPECT_EQ(read(0), LAM_OK) << error();
-  EXPECT_EQ(read(1), LAM_DROPPED) << "stamped when the pulse ended, which means nothing here";
-  EXPECT_EQ(read(2), LAM_OK) << error();
-}
-
-TEST_F(Camera, ControlsMayLiveInAnotherDevice) {
-  std::strcpy(rig_.board.camera_left_controls, "/dev/v4l-subdev2");
-  std::strcpy(rig_.board.camera_trigger, "control:Trigger Mode=1");
-  EXPECT_EQ(open(), LAM_HARDWARE);
-  EXPECT_NE(error().find("/dev/v4l-subdev2 has no control"), std::string::npos) << error();
 }
 
 // Every system call of a whole burst fails once, in turn.

@@ -1,0 +1,34 @@
+// lamella-rigd on the simulated rig, with a twin of its own and a folder.
+#pragma once
+
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "fake_twin.h"
+
+class Rigd : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    char name[] = "/tmp/lamella-rigd-test-XXXXXX";
+    folder = mkdtemp(name);
+    std::ofstream(folder / "calibration.json") << R"({"format": "lamella.session.v1"})";
+  }
+  void TearDown() override { std::filesystem::remove_all(folder); }
+
+  std::vector<std::string> arguments(std::vector<std::string> more = {}) {
+    std::vector<std::string> all = {
+        "--hal",    "sim",        "--rig",         LAMELLA_BOARD_DIR "/sim.rig",
+        "--twin",   twin.path(),  "--calibration", folder / "calibration.json",
+        "--listen", "127.0.0.1:0"};
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  }
+
+  std::filesystem::path folder;
+  FakeTwin twin{300};  // photographs of some 200 kB: several chunks each
+};

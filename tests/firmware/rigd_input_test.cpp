@@ -1,0 +1,120 @@
+// What lamella-rigd is given on its command line and in its files, and says of what is wrong there.
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "rigd_bench.h"
+#include "test_host.h"
+#include "test_rig.h"
+
+namespace {
+
+class RigdInput : public Rigd {
+ protected:
+  void expect_failure(const std::vector<std::string>& more, int code, const std::string& says) {
+    RigProcess rigd(arguments(more));
+    EXPECT_EQ(rigd.exit_code(), code);
+    const std::string errors = rigd.errors();
+    EXPECT_NE(errors.find(says), std::string::npos) << errors;
+  }
+};
+
+}  // namespace
+
+TEST_F(RigdInput, RefusesToListenBeyondLoopback) {
+  for (const std::string address : {"0.0.0.0:0", "192.168.1.2:7000", "8.8.8.8:1"}) {
+    expect_failure({"--listen", address}, 2, "only loopback");
+  }
+  expect_failure({"--listen", "127.0.0.1"}, 2, "127.0.0.1: no port: give ADDRESS:PORT");
+  for (const std::string port : {"99999", "-1", "", "7x", "+7", " 7", "65536"}) {
+    expect_failure({"--listen", "127.0.0.1:" + port}, 2, "a port is a number from 0 to 65535");
+  }
+  for (const std::string address : {"localhost:1", "::1:0", ":1"}) {
+    expect_failure({"--listen", address}, 2, "not an IPv4 address");
+  }
+}
+
+TEST_F(RigdInput, BadInputIsOneLineAndExitCodeTwo) {
+  expect_failure({"--rig", "/nowhere.rig"}, 2, "/nowhere.rig: cannot be read");
+  expect_failure({"--calibration", "/nowhere.json"}, 2, "/nowhere.json: cannot be read");
+  expect_failure({"--hal", "linux"}, 2, "the rig file has no linux. keys");
+  expect_failure({"--hal", "arduino"}, 2, "there are sim and linux");
+  expect_failure({"--clock", "sundial"}, 2, "--clock sundial: there are virtual and real; see");
+  expect_failure({"--inject", "flip-bit:9999"}, 2, "--inject flip-bit:9999: no such fault");
+  expect_failure({"--inject"}, 2, "--inject: needs a value");
+  expect_failure({"--brightness", "7"}, 2, "--brightness: no such option; see lamella-rigd --help");
+  expect_failure({"bright"}, 2, "bright: is no option");
+  const std::string wrong = folder / "wrong.rig";
+  std::ofstream(wrong) << "# a rig\nleds.spi_hz = 99e6\n";
+  expect_failure({"--rig", wrong}, 2, wrong + ":2: 'leds.spi_hz' is 99000000");
+}
+
+TEST_F(RigdInput, HelpFitsOnAScreenAndNamesEveryFaultAndVersionIsOneLine) {
+  for (const auto& arguments : {std::vector<std::string>{"--help"}, {"--hal", "sim", "--help"}}) {
+    RigProcess rigd(arguments);
+    std::istringstream help(rigd.output());
+    EXPECT_EQ(rigd.exit_code(), 0);
+    size_t lines = 0;
+    for (std::string line; std::getline(help, line); lines++) EXPECT_LE(line.size(), 80u) << line;
+    EXPECT_LE(lines, 24u);
+    EXPECT_NE(help.str().find("swapped-leds:N:M"), std::string::npos);
+    EXPECT_EQ(rigd.errors(), "");
+  }
+  RigProcess rigd({"--version"});
+  EXPECT_EQ(rigd.output().find("lamella-rigd 0."), 0u);
+  EXPECT_EQ(rigd.exit_code(), 0);
+}
+
+TEST_F(RigdInput, WhatIsMissingOfARealRigIsToldBeforeAnyHardwareIsTouched) {
+  const std::string rig = LAMELLA_BOARD_DIR "/vm.rig";  // its devices are not here
+  expect_failure({"--hal", "linux", "--rig", rig, "--calibration", "/nowhere.json"}, 2,
+                 "--calibration /nowhere.json: cannot be read");
+  expect_failure({"--hal", "linux", "--rig", rig}, 3, "no --state: whoever can log in here");
+  const std::string far = folder / "far.rig";
+  std::filesystem::copy(LAMELLA_BOARD_DIR "/dome150.leds", folder / "dome150.leds");
+  std::string text = board_text("vm.rig");
+  const std::string cpu = "linux.cpu                = 0";
+  std::ofstream(far) << text.replace(text.find(cpu), cpu.size(), "linux.cpu = 63");
+  expect_failure({"--hal", "linux", "--rig", far}, 2, "linux.cpu is 63: this computer has");
+}
+
+TEST_F(RigdInput, WaitsForNoPipeInPlaceOfAFile) {
+  const std::string pipe = folder / "pipe";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  expect_failure({"--check", "--rig", pipe}, 2, pipe + ": cannot be read: not a plain file");
+  expect_failure({"--calibration", pipe}, 2, pipe + ": cannot be read: not a plain file");
+  expect_failure({"--led-reference", pipe}, 2, pipe + ": cannot be read: not a plain file");
+}
+
+TEST_F(RigdInput, CheckNamesEveryWrongKeyOfBothFilesWithItsLine) {
+  const std::string wrong = folder / "wrong.rig", leds = folder / "few.leds";
+  std::ofstream(wrong) << "leds.spi_mhz = 10\nleds.file = few.leds\ncamera.iso = fast\n";
+  std::ofstream(leds) << "led.count = 3\nled.0 = 0 0 0 1 0\nled.1 = 9 0 0 1 0\nled.3 = 1 0 0 1 0\n";
+  RigProcess rigd({"--check", "--rig", wrong});
+  EXPECT_EQ(rigd.exit_code(), 2);
+  const std::string errors = rigd.errors();
+  for (const std::string& line :
+       {wrong + ":1: unknown key 'leds.spi_mhz'; is 'leds.spi_hz' meant?\n",
+        wrong + ":3: 'camera.iso' needs one number, not 'fast'\n",
+        wrong + ": missing key 'light.least_share'\n", leds + ":3: 'led.1' is at chip 9",
+        leds + ":4: 'led.3' stands where 'led.2' is due"}) {
+    EXPECT_NE(errors.find(line), std::string::npos) << line << "\n" << errors;
+  }
+}
+
+TEST_F(RigdInput, LedsAreLookedForBesideTheRigFileAlone) {
+  const std::string rig = folder / "some.rig";
+  std::ofstream(rig) << "leds.file = none.leds\n";
+  expect_failure({"--rig", rig}, 2, (folder / "none.leds").string() + ": cannot be read");
+  std::ofstream(rig) << "leds.file = ../none.leds\n";
+  expect_failure({"--rig", rig}, 2, "'leds.file' is a file beside this one");
+}
+
+TEST_F(RigdInput, MissingTwinIsExitCodeThree) {
+  expect_failure({"--twin", "/nowhere/socket"}, 3, "no twin answers");
+}
