@@ -42,7 +42,8 @@ bool waits_long_enough(std::string* why) {
     std::fclose(config);
   }
   if (std::strstr(text, "timeout_value_ms")) return true;
-  *why = "set LIBCAMERA_RPI_CONFIG_FILE to a file with camera_timeout_value_ms, or it times out";
+  *why = std::string(file ? file : "LIBCAMERA_RPI_CONFIG_FILE") +
+         " gives no camera_timeout_value_ms, so it would time out: copy libcamera-pi4.yaml or -pi5";
   return false;
 }
 

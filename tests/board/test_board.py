@@ -1,5 +1,6 @@
 """firmware/board: pin table (README.md), overlay and rig file of each board say the same, and every
 overlay compiles."""
+import json
 import pathlib
 import re
 import shutil
@@ -114,6 +115,15 @@ class RaspberryPi(unittest.TestCase):
                   6: 31, 12: 32, 13: 33, 19: 35, 16: 36, 26: 37, 20: 38, 21: 40}
         for name, row in pin_table(BOARDS["pi4"][0]).items():
             self.assertEqual(str(header[row[0]]), row[1], name)
+
+    def test_has_a_time_out_for_libcamera_that_its_pipeline_takes_and_the_unit_names(self):
+        for board, target in (("pi4", "bcm2835"), ("pi5", "pisp")):
+            text = (BOARD / f"libcamera-{board}.yaml").read_text()
+            config = json.loads(re.sub(r"^#.*", "", text, flags=re.M))
+            self.assertEqual((config["version"], config["target"]), (1.0, target))
+            self.assertGreater(config["pipeline_handler"]["camera_timeout_value_ms"], 12 * 3600e3)
+        unit = (BOARD / "lamella-rigd.service").read_text()
+        self.assertIn("Environment=LIBCAMERA_RPI_CONFIG_FILE=/etc/lamella/libcamera.yaml\n", unit)
 
     def test_blank_is_on_a_pin_that_is_up_before_any_software(self):
         self.assertLessEqual(pin_table(BOARDS["pi4"][0])["BLANK"][0], 8)
