@@ -45,18 +45,17 @@ static double flashes_per_s(const struct burst_plan* plan) {
   return (double)most;
 }
 
-static void refuse_dose(const struct dose* dose, char* refusal, size_t size) {
+static void refuse_dose(const struct dose* dose, const char* source, char* refusal, size_t size) {
   if (refusal[0] != '\0') return;
   if (dose->blue_j_per_m2_sr > DOSE_BLUE_LIMIT_J_PER_M2_SR) {
-    snprintf(
-        refusal, size,
-        "blue light: a burst is %.3g J/m2sr in an eye that looks into an LED; IEC 62471 allows "
-        "%.0g",
-        dose->blue_j_per_m2_sr, DOSE_BLUE_LIMIT_J_PER_M2_SR);
+    snprintf(refusal, size,
+             "blue light: a burst is %.3g J/m2sr in an eye that looks into %s; IEC 62471 allows "
+             "%.0g",
+             dose->blue_j_per_m2_sr, source, DOSE_BLUE_LIMIT_J_PER_M2_SR);
   } else if (dose->thermal_share > 1) {
     snprintf(refusal, size,
-             "thermal: an LED's pulse is %.2f times what IEC 62471 allows an eye's retina",
-             dose->thermal_share);
+             "thermal: the longest pulse of %s is %.2f times what IEC 62471 allows an eye's retina",
+             source, dose->thermal_share);
   }
 }
 
@@ -92,12 +91,15 @@ enum lam_status budget_check(const struct rig* rig, const struct burst_plan* pla
       .junction_c = hottest_junction_c(rig, plan),
       .frames_bytes = (double)(kCameras * plan->count) * rig->camera_frame_bytes,
       .flashes_per_s = flashes_per_s(plan),
-      .dose = dose_of_burst(rig, plan),
+      .leds_dose = dose_of_leds(rig, plan),
+      .projector_dose = dose_of_projector(rig, plan),
   };
   const double taken_bytes = rig->store_disk_bytes_per_s * plan->duration_us * 1e-6;
   budget->memory_bytes = fmax(0, budget->frames_bytes - taken_bytes);
   find_refusal(rig, budget);
-  refuse_dose(&budget->dose, budget->refusal, sizeof budget->refusal);
+  refuse_dose(&budget->leds_dose, "an LED", budget->refusal, sizeof budget->refusal);
+  refuse_dose(&budget->projector_dose, "the projector's lens", budget->refusal,
+              sizeof budget->refusal);
   if (budget->refusal[0] == '\0' && plan->duration_us > rig->burst_longest_us) {
     snprintf(budget->refusal, sizeof budget->refusal,
              "the burst takes %.2f s; burst.longest_us asks a subject to sit still for %.2f s",

@@ -41,6 +41,12 @@ static void describe_edges(const struct timeline* timeline, lamella_v1_Plan* pla
   }
 }
 
+static lamella_v1_PlanDose described_dose(const struct dose* dose) {
+  return (lamella_v1_PlanDose){.blue_j_per_m2_sr = dose->blue_j_per_m2_sr,
+                               .bursts_per_day = dose->bursts_per_day,
+                               .thermal_share = dose->thermal_share};
+}
+
 static void describe_budget(const struct budget* budget, lamella_v1_Plan* plan) {
   plan->has_budget = true;
   plan->budget = (lamella_v1_PlanBudget){.leds_share = budget->leds_share,
@@ -49,9 +55,10 @@ static void describe_budget(const struct budget* budget, lamella_v1_Plan* plan) 
                                          .frames_bytes = budget->frames_bytes,
                                          .memory_bytes = budget->memory_bytes,
                                          .flashes_per_s = budget->flashes_per_s,
-                                         .blue_j_per_m2_sr = budget->dose.blue_j_per_m2_sr,
-                                         .bursts_per_day = budget->dose.bursts_per_day,
-                                         .thermal_share = budget->dose.thermal_share};
+                                         .has_leds_dose = true,
+                                         .leds_dose = described_dose(&budget->leds_dose),
+                                         .has_projector_dose = true,
+                                         .projector_dose = described_dose(&budget->projector_dose)};
 }
 
 enum lam_status plan_describe(const struct rig* rig, lamella_v1_Plan* plan) {

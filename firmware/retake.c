@@ -100,6 +100,7 @@ static void remember_light(const struct circumstances* c, struct safety_past* pa
 static void append_steps(const struct burst_plan* part, double zero_us, struct burst_plan* whole) {
   for (size_t i = 0; i < part->count; i++) {
     struct step_times times = part->times[i];
+    if (times.lamp_us > 0) times.lamp_us += zero_us;
     times.light_on_us += zero_us;
     times.light_off_us += zero_us;
     times.open_us += zero_us;

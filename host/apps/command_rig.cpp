@@ -43,6 +43,15 @@ std::map<std::string, double> terms_us(const v1::Plan& plan) {
   return terms;
 }
 
+// IEC 62471, for an eye that looks into it during the whole burst.
+void print_dose(const std::string& source, const v1::PlanDose& dose) {
+  fmt::print(
+      "  an eye that looks into {}: {:.0f} J/m2sr of blue light, so at most {} a day; {:.2g} % of "
+      "the thermal limit\n",
+      source, dose.blue_j_per_m2_sr(), counted(uint64_t(dose.bursts_per_day()), "burst"),
+      100 * dose.thermal_share());
+}
+
 void print_table(const v1::Plan& plan, const std::string& rig) {
   fmt::print("{}: {} photographs in {:.1f} ms\n\n", rig, plan.steps_size(),
              plan.duration_us() / 1000);
@@ -71,11 +80,16 @@ void print_table(const v1::Plan& plan, const std::string& rig) {
              b.junction_c(), b.flashes_per_s());
   fmt::print("  photographs {:.0f} MB, of which {:.0f} MB are in memory at the end\n",
              b.frames_bytes() * 1e-6, b.memory_bytes() * 1e-6);
-  fmt::print("  an eye that looks into an LED: {:.0f} J/m2sr of blue light, so at most {} a day\n",
-             b.blue_j_per_m2_sr(), counted(uint64_t(b.bursts_per_day()), "burst"));
+  print_dose("an LED", b.leds_dose());
+  print_dose("the projector's lens", b.projector_dose());
   fmt::print(
-      "  the projector is not in that figure: its label's risk group and hazard distance "
-      "(IEC 62471-5) hold besides\n");
+      "  the projector's label, its risk group and hazard distance (IEC 62471-5), holds besides\n");
+}
+
+nlohmann::ordered_json dose_json(const v1::PlanDose& dose) {
+  return {{"blue_j_per_m2_sr", dose.blue_j_per_m2_sr()},
+          {"bursts_per_day", dose.bursts_per_day()},
+          {"thermal_share", dose.thermal_share()}};
 }
 
 void print_plan_json(const v1::Plan& plan, const std::string& rig) {
@@ -108,10 +122,8 @@ void print_plan_json(const v1::Plan& plan, const std::string& rig) {
                 {"frames_bytes", b.frames_bytes()},
                 {"memory_bytes", b.memory_bytes()},
                 {"flashes_per_s", b.flashes_per_s()},
-                {"blue_j_per_m2_sr", b.blue_j_per_m2_sr()},
-                {"bursts_per_day", b.bursts_per_day()},
-                {"thermal_share", b.thermal_share()},
-                {"dose_counts", "LEDs alone; the projector's own label (IEC 62471-5) holds"}}}});
+                {"leds_dose", dose_json(b.leds_dose())},
+                {"projector_dose", dose_json(b.projector_dose())}}}});
 }
 
 int run_plan(const PlanArguments& args) {

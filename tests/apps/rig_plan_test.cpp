@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <regex>
@@ -29,6 +30,12 @@ TEST(RigPlan, TellsOrderWaitsAndBudgetOfEveryRigThatShips) {
     EXPECT_LE(report["least_duration_us"], report["duration_us"]) << name;
     EXPECT_LE(report["least_cost_us"], report["cost_us"]) << name;
     EXPECT_GT(report["least_cost_us"], report["least_duration_us"]) << name;
+    for (const char* source : {"leds_dose", "projector_dose"}) {
+      const auto& dose = report["budget"][source];
+      const double bursts = std::floor(1e6 / dose["blue_j_per_m2_sr"].get<double>());
+      EXPECT_EQ(dose["bursts_per_day"], bursts) << name << " " << source;
+      EXPECT_LT(dose["thermal_share"], 1) << name << " " << source;
+    }
   }
 }
 

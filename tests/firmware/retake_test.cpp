@@ -7,6 +7,10 @@
 
 #include "session_bench.h"
 
+extern "C" {
+#include "dose.h"
+}
+
 namespace {
 
 sim_faults one_late_pulse(int pulse, double late_us = 60) {
@@ -194,6 +198,32 @@ TEST(Retake, CountsTheHeatOfTheFirstTake) {
   EXPECT_TRUE(done.marked);
   EXPECT_NE(std::string(done.verdict).find("not retaken: LEDs would reach"), std::string::npos)
       << done.verdict;
+}
+
+namespace {
+
+// A burst whose first projector step is dropped, and whose first take has this share of the dose
+// of blue light that is allowed.
+lamella_v1_BurstDone with_projector_dose(double share) {
+  burst_plan plan;
+  struct rig rig = test_rig();
+  burst_order(&rig, kBurstSteps, BURST_STEPS, false, &plan);
+  int shot = 0;
+  while (burst_step_is_lit_by_leds(&plan.steps[shot])) shot++;
+  Bench bench(one_dropped_shot(shot));
+  const double blue = dose_of_projector(&rig, &plan).blue_j_per_m2_sr;
+  bench.rig.light_projector_blue_w_per_m2_sr *= share * DOSE_BLUE_LIMIT_J_PER_M2_SR / blue;
+  return bench.burst();
+}
+
+}  // namespace
+
+TEST(Retake, CountsTheDoseOfTheFirstTake) {
+  const lamella_v1_BurstDone within = with_projector_dose(0.6), beyond = with_projector_dose(0.99);
+  EXPECT_FALSE(within.marked) << within.verdict;
+  EXPECT_TRUE(beyond.marked);
+  EXPECT_NE(std::string(beyond.verdict).find("not retaken: blue light"), std::string::npos)
+      << beyond.verdict;
 }
 
 TEST(Retake, AStepIsTakenAgainOnce) {
