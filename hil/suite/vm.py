@@ -48,10 +48,14 @@ def build(root, cache, say):
     subprocess.run([vm / "programs", cache, kernel], check=True)
     say("initramfs")
     subprocess.run([vm / "initramfs", cache, kernel], check=True)
+    return kernel
+
+
+def build_installed(root, cache, kernel, say):
+    """Over that: the machine whose first process is systemd, with the rig's package to install."""
     say("the machine with systemd and the rig's package")
     for step in ("userland", "package", "image"):
-        subprocess.run([vm / step, cache, kernel], check=True)
-    return kernel
+        subprocess.run([root / "hil/vm" / step, cache, kernel], check=True)
 
 
 def empty(out):
