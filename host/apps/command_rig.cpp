@@ -172,9 +172,10 @@ void print_status(const LinkClient& client, const v1::Status& status, const RigA
                 {"firmware", client.welcome().firmware_version()}});
     return;
   }
-  fmt::print("{}: {}{}\n", args.rig, state, status.fault().empty() ? "" : ", " + status.fault());
+  const std::string fault = status.fault().empty() ? "" : ", " + one_line(status.fault());
+  fmt::print("{}: {}{}\n", args.rig, state, fault);
   fmt::print("  firmware {}, {} hardware, {} LEDs, {} cameras\n",
-             client.welcome().firmware_version(), client.welcome().hal(),
+             one_line(client.welcome().firmware_version()), one_line(client.welcome().hal()),
              client.welcome().led_count(), client.welcome().camera_count());
   fmt::print("  waits end {:.1f} us late in the median, at most {:.1f} us, of {} at its start\n",
              status.latency().median_us(), status.latency().highest_us(),
@@ -198,7 +199,11 @@ int run_status(const RigArguments& args) {
   LinkClient client(args.rig, link_to(args.rig));
   const v1::Status status = client.status();
   print_status(client, status, args);
-  return status.state() == v1::FAULT ? 1 : 0;
+  if (status.state() != v1::FAULT) return 0;
+  const Error fault(Fault::kRig, "rig " + args.rig, "is in FAULT: " + status.fault(),
+                    "once its cause is gone, lamella rig abort --rig " + args.rig + " clears it");
+  fmt::print(stderr, "lamella: {}\n", fault.what());
+  return 1;
 }
 
 int run_abort(const RigArguments& args) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <ctime>
+#include <functional>
 #include <memory>
 
 #include "apps/burst_fetch.h"
@@ -64,20 +65,20 @@ void print_burst(const v1::HeldBurst& burst) {
              burst.frames_acknowledged() > 0
                  ? fmt::format("; on a host already: {}", burst.frames_acknowledged())
                  : "");
-  if (!burst.why().empty()) fmt::print("  why          {}\n", printable(burst.why()));
+  if (!burst.why().empty()) fmt::print("  why          {}\n", one_line(burst.why()));
 }
 
 void print_fetched(const FetchedBurst& fetched) {
   print_burst(fetched.held);
   if (!fetched.failed.empty()) {
-    fmt::print("  NOT FETCHED  {}\n", printable(fetched.failed));
+    fmt::print("  NOT FETCHED  {}\n", one_line(fetched.failed));
   } else if (fetched.folder.empty()) {
     fmt::print("  fetched      nothing of it is whole\n");
   } else {
     fmt::print("  {}      {}\n", fetched.was_there ? "was in " : "fetched",
                fetched.folder.string());
   }
-  if (!fetched.unfit.empty()) fmt::print("  not to fit   {}\n", fetched.unfit);
+  if (!fetched.unfit.empty()) fmt::print("  not to fit   {}\n", one_line(fetched.unfit));
 }
 
 nlohmann::ordered_json fetched_json(const FetchedBurst& fetched) {
@@ -104,22 +105,47 @@ void forget_on_rig(LinkClient* rig, const FetchedBurst& fetched) {
   if (fetched.offers.empty()) rig->release(fetched.held.burst_id());
 }
 
+void complain(const FetchedBurst& fetched) {
+  if (fetched.failed.empty()) return;
+  fmt::print(stderr, "lamella: burst {} was not fetched and stays where it is: {}\n",
+             fetched.held.burst_id(), fetched.failed);
+}
+
+// What was done before a failure is told too: its sessions are here, and a rig has forgotten them.
+void tend_to_each(BurstSource* source, const std::function<void(const v1::HeldBurst&)>& tend,
+                  const std::function<void()>& report) {
+  bool any = false;
+  try {
+    for (const v1::HeldBurst& held : source->held()) {
+      tend(held);
+      any = true;
+    }
+  } catch (...) {
+    if (any) report();
+    throw;
+  }
+  report();
+}
+
 int run_sync(const Arguments& args) {
   catch_interrupts();
   LinkClient rig(args.rig, link_options(args.rig));
   ResumedSource source(&rig, args.out / ".fetching");
   nlohmann::ordered_json bursts = nlohmann::ordered_json::array();
   int exit_code = 0;
-  for (const v1::HeldBurst& held : rig.held()) {
+  const auto fetch = [&](const v1::HeldBurst& held) {
     const FetchedBurst fetched = try_to_fetch(&source, held, args.out);
-    forget_on_rig(&rig, fetched);
-    source.forget(fetched.offers);
+    complain(fetched);
     exit_code = std::max(exit_code, judge(fetched));
     bursts.push_back(fetched_json(fetched));
     if (!args.json) print_fetched(fetched);
-  }
-  if (args.json) print_json({{"rig", args.rig}, {"bursts", bursts}});
-  if (!args.json && bursts.empty()) fmt::print("{} holds no bursts\n", args.rig);
+    forget_on_rig(&rig, fetched);
+    source.forget(fetched.offers);
+  };
+  tend_to_each(&rig, fetch, [&] {
+    if (args.json) print_json({{"rig", args.rig}, {"bursts", bursts}});
+    if (!args.json && bursts.empty()) fmt::print("{} holds no bursts\n", args.rig);
+  });
   return exit_code;
 }
 
@@ -138,28 +164,29 @@ int run_recover(const Arguments& args) {
   const std::unique_ptr<BurstSource> source = source_of(args);
   nlohmann::ordered_json bursts = nlohmann::ordered_json::array();
   int partial = 0, whole = 0, exit_code = 0;
-  for (const v1::HeldBurst& held : source->held()) {
+  const auto explain = [&](const v1::HeldBurst& held) {
     FetchedBurst fetched;
     fetched.held = held;
     if (!args.out.empty()) fetched = try_to_fetch(source.get(), held, args.out);
+    complain(fetched);
     exit_code = std::max(exit_code, fetched.failed.empty() ? (held.whole() ? 0 : 1) : 3);
     ++(held.whole() ? whole : partial);
     bursts.push_back(args.out.empty() ? burst_json(held) : fetched_json(fetched));
-    if (args.json) continue;
+    if (args.json) return;
     if (args.out.empty()) {
       print_burst(held);
     } else {
       print_fetched(fetched);
     }
-  }
-  const std::string where = args.rig.empty() ? args.store.string() : args.rig;
-  if (args.json) {
-    print_json(
-        {{"source", printable(where)}, {"whole", whole}, {"partial", partial}, {"bursts", bursts}});
-  } else {
-    fmt::print("{}: {} whole, {} partial; nothing was changed there\n", printable(where), whole,
-               partial);
-  }
+  };
+  const std::string where = printable(args.rig.empty() ? args.store.string() : args.rig);
+  tend_to_each(source.get(), explain, [&] {
+    if (args.json) {
+      print_json({{"source", where}, {"whole", whole}, {"partial", partial}, {"bursts", bursts}});
+    } else {
+      fmt::print("{}: {} whole, {} partial; nothing was changed there\n", where, whole, partial);
+    }
+  });
   return exit_code;
 }
 

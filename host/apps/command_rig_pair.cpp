@@ -27,8 +27,9 @@ struct PairArguments {
 std::string read_code_from_operator() {
   fmt::print(stderr, "The rig blinks five digits, over and over. Type them: ");
   std::string line;
-  if (!std::getline(std::cin, line)) throw_bad_input("code", "nothing was typed");
-  return line;
+  if (std::getline(std::cin, line)) return line;
+  fmt::print(stderr, "\n");
+  throw_bad_input("code", "nothing was typed", "start again, and type what the rig blinks");
 }
 
 void report(const PairArguments& args, const KnownRig& rig, const std::string& what) {
@@ -51,8 +52,8 @@ int run_pair(const PairArguments& args) {
   options.wait_s = args.wait_s;
   options.interrupted = interrupted;
   options.read_code = read_code_from_operator;
+  options.reached = [] { fmt::print(stderr, "Hold START on the rig until its light blinks.\n"); };
   catch_interrupts();
-  fmt::print(stderr, "Hold START on the rig until its light blinks.\n");
   const KnownRig rig = pair_with_rig(args.rig, identity, options);
   known.add(rig);
   report(args, rig, "paired");

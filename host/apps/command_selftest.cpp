@@ -9,6 +9,7 @@
 #include "apps/process_rig.h"
 #include "apps/report.h"
 #include "apps/rig_option.h"
+#include "base/error.h"
 #include "io/identity.h"
 #include "io/link_client.h"
 #include "io/paired_link.h"
@@ -64,7 +65,8 @@ void print_table(const v1::SelftestResult& result, const std::string& rig) {
                                              result.bad() == 1 ? "is" : "are"));
   fmt::print(kRow, "part", "what", "reading", "limit", "verdict", "");
   for (const v1::SelftestReading& r : result.readings()) {
-    fmt::print(kRow, r.part(), r.what(), value_text(r), limit_text(r), verdict_text(r), r.note());
+    fmt::print(kRow, one_line(r.part()), one_line(r.what()), one_line(value_text(r)),
+               one_line(limit_text(r)), verdict_text(r), one_line(r.note()));
   }
 }
 
@@ -83,11 +85,17 @@ void print_result_json(const v1::SelftestResult& result, const std::string& rig)
   print_json({{"rig", rig}, {"bad", result.bad()}, {"readings", readings}});
 }
 
+void require_for_simulated_rig(bool given, const std::string& option) {
+  if (given) throw_bad_input(option, "is for the simulated rig alone", "give --rig sim with it");
+}
+
 v1::SelftestResult test(const Arguments& args) {
   LinkOptions link;
   link.interrupted = interrupted;
   catch_interrupts();
   if (args.rig != "sim") {
+    require_for_simulated_rig(!args.inject.empty(), "--inject");
+    require_for_simulated_rig(!args.led_reference.empty(), "--led-reference");
     link.tls = tls_for(args.rig, config_folder());
     return LinkClient(args.rig, link).selftest(args.only, args.learn);
   }

@@ -1,14 +1,35 @@
 // lamella: captures, fits, renders, compares, exports and shows layered facial reflectance.
 #include <google/protobuf/stubs/logging.h>
 
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
+#include <string>
+#include <system_error>
 
 #include "apps/commands.h"
 #include "base/error.h"
 
-int main(int argc, char** argv) {
-  using namespace lamella;
+namespace {
+
+using namespace lamella;
+
+int lose_report(const std::string& why) {
+  std::fprintf(stderr,
+               "lamella: standard output: the report cannot be written there (%s); what the "
+               "command did besides is done\n",
+               why.c_str());
+  return 2;
+}
+
+// Where a command went well nobody has said yet that its report went nowhere.
+int end_report(int exit_code) {
+  const bool written = std::fflush(stdout) == 0 && !std::ferror(stdout);
+  return written || exit_code > 1 ? exit_code : lose_report(std::strerror(errno));
+}
+
+int run(int argc, char** argv) {
   CLI::App app{"Layered facial reflectance, from the rig to the engine."};
   app.require_subcommand(1);
   app.footer(
@@ -39,9 +60,17 @@ int main(int argc, char** argv) {
   } catch (const std::filesystem::filesystem_error& e) {
     std::fprintf(stderr, "lamella: %s: %s\n", e.path1().c_str(), e.code().message().c_str());
     return 2;
+  } catch (const std::system_error& e) {
+    if (std::ferror(stdout)) return lose_report(e.code().message());
+    std::fprintf(stderr, "lamella: internal error: %s\n", e.what());
+    return 2;
   } catch (const std::exception& e) {
     std::fprintf(stderr, "lamella: internal error: %s\n", e.what());
     return 2;
   }
   return exit_code;
 }
+
+}  // namespace
+
+int main(int argc, char** argv) { return end_report(run(argc, argv)); }

@@ -33,6 +33,14 @@ std::string printable(const std::string& text) {
   return json::parse(json(text).dump(-1, ' ', false, json::error_handler_t::replace));
 }
 
+std::string one_line(const std::string& text) {
+  std::string line = printable(text);
+  for (char& c : line) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
+  }
+  return line;
+}
+
 CLI::Validator whole_number() {
   return CLI::Validator(
       [](const std::string& text) -> std::string {

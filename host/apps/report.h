@@ -13,6 +13,9 @@ void print_json(const nlohmann::ordered_json& report);
 // `text` as UTF-8: bytes that are none are replaced.
 std::string printable(const std::string& text);
 
+// `text` of a rig or a file on one line of a terminal, with nothing in it that a terminal obeys.
+std::string one_line(const std::string& text);
+
 // A whole number from 0 to 2^64 - 1; CLI11 alone takes "-1" for the largest of them.
 CLI::Validator whole_number();
 

@@ -24,7 +24,7 @@ constexpr int kSlice_ms = 50;
 
 [[noreturn]] void fail(int error) {
   throw Error(Fault::kRig, "mDNS", avahi_strerror(error),
-              "is avahi-daemon running? or give --rig HOST:PORT");
+              "is avahi-daemon running? without it give --rig HOST:PORT to what talks to a rig");
 }
 
 // What came over the network is shown on terminals.

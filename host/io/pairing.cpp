@@ -122,6 +122,7 @@ KnownRig pair_with_rig(const std::string& address, std::shared_ptr<const Identit
                        const PairingOptions& options) {
   const TlsOptions tls{identity, kPairProtocol, [](const Fingerprint&) { return true; }};
   Socket socket = connect(address, tls, options);
+  if (options.reached) options.reached();
   PairSecret secret;
   secret.channel = socket.tls()->channel();
   secret.host = identity->fingerprint();

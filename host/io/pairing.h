@@ -17,6 +17,7 @@ struct PairingOptions {
   double connect_s = 5;
   double reply_s = 10;
   double wait_s = 60;                      // for the button
+  std::function<void()> reached;           // the rig is there: the button may be held
   std::function<std::string()> read_code;  // asked once the rig blinks
   std::function<bool()> interrupted;
 };

@@ -21,8 +21,9 @@ std::string text_of(const fs::path& file) {
   return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
 
-[[noreturn]] void become(std::vector<char*> arguments, const fs::path& folder) {
-  const int out = open((folder / "out").c_str(), O_WRONLY | O_CREAT, 0600);
+[[noreturn]] void become(std::vector<char*> arguments, const fs::path& folder,
+                         const std::string& out_path) {
+  const int out = open(out_path.c_str(), O_WRONLY | O_CREAT, 0600);
   const int err = open((folder / "err").c_str(), O_WRONLY | O_CREAT, 0600);
   dup2(out, 1);
   dup2(err, 2);
@@ -41,14 +42,14 @@ std::vector<std::string> Outcome::complaints() const {
   return lines;
 }
 
-Outcome run_lamella(const std::vector<std::string>& arguments) {
+Outcome run_lamella(const std::vector<std::string>& arguments, const char* out) {
   std::string name = (fs::temp_directory_path() / "lamella-run-XXXXXX").string();
   if (!mkdtemp(name.data())) return {};
   std::vector<char*> pointers{const_cast<char*>(LAMELLA_BINARY)};
   for (const std::string& a : arguments) pointers.push_back(const_cast<char*>(a.c_str()));
   pointers.push_back(nullptr);
   const pid_t child = fork();
-  if (child == 0) become(pointers, name);
+  if (child == 0) become(pointers, name, out ? out : (fs::path(name) / "out").string());
   int status = 0;
   waitpid(child, &status, 0);
   Outcome outcome{WIFEXITED(status) ? WEXITSTATUS(status) : -1, text_of(fs::path(name) / "out"),

@@ -14,7 +14,7 @@ struct Outcome {
   std::vector<std::string> complaints() const;
 };
 
-// Runs `lamella` with these arguments, in a working directory that it may write to.
-Outcome run_lamella(const std::vector<std::string>& arguments);
+// Runs `lamella` with these arguments, its standard output in a file that is read, or to `out`.
+Outcome run_lamella(const std::vector<std::string>& arguments, const char* out = nullptr);
 
 }  // namespace lamella::testing

@@ -191,6 +191,17 @@ TEST_F(Wire, ADaemonKilledInMidBurstIsACutLinkAndItsPartOfTheBurstIsNamed) {
   EXPECT_TRUE(says(line, "lamella rig sync --rig " + address));
 }
 
+TEST_F(Wire, TheNewestBurstOfWhichPhotographsAreHeldIsFetchedAlthoughANewerOneIsGone) {
+  pair_by_hand(*identity("host"));
+  fs::create_directory(folder / "store");
+  RigUnderTest rigd(arguments({"--store", folder / "store"}));
+  LinkClient client(rigd.address(), link("host", rig_key()));
+  const Burst first = client.run_burst("sphere", false, true);
+  const Burst second = client.run_burst("sphere", false, true);
+  for (const v1::FrameOffer& offer : client.offers(second)) client.acknowledge(offer);
+  EXPECT_EQ(client.held_burst().id, first.id);
+}
+
 TEST_F(Wire, HostThatIsNotPairedGetsAnAlertAndNothingElse) {
   pair_by_hand(*identity("host"));
   RigUnderTest rigd(arguments());
@@ -267,6 +278,18 @@ TEST_F(Wire, HeldButtonAndItsCodePairHostAndRig) {
   EXPECT_TRUE(be_forgotten(address, identity("host"), rig_key(), {}));
   EXPECT_TRUE(says(failure([&] { LinkClient(address, link("host", rig_key())); }), "not paired"));
   EXPECT_FALSE(be_forgotten(address, identity("host"), rig_key(), {}));
+}
+
+TEST_F(Wire, ARigInFaultIsPairedWithAllTheSame) {
+  pair_by_hand(*identity("host"));
+  std::vector<std::string> broken = kHeld;
+  broken.insert(broken.end(), {"--inject", "spi-error:1"});
+  RigUnderTest rigd(arguments(broken));
+  const std::string address = rigd.address();
+  LinkClient client(address, link("host", rig_key()));
+  EXPECT_TRUE(says(failure([&] { client.run_burst("sphere", false, true); }), "fault"));
+  EXPECT_EQ(client.status().state(), v1::FAULT);
+  EXPECT_EQ(pair(&rigd, address, "another host").fingerprint, rig_key());
 }
 
 TEST_F(Wire, PairingOutlivesTheDaemon) {
