@@ -55,8 +55,8 @@ static bool light_fits_pwm(const struct rig* rig, char why[160]) {
   const double period_us = rig_pwm_period_us(rig), periods = rig->leds_light_us / period_us;
   if (fabs(periods - round(periods)) <= 1e-4) return true;  // as safety.c has it
   snprintf(why, 160,
-           "'leds.light_us' is %.10g: not a whole number of PWM periods of %.10g us "
-           "(4096 / leds.gsclk_hz); %.10g or %.10g would be",
+           "'leds.light_us' is %.6g: not a whole number of PWM periods of %.6g us "
+           "(4096 / leds.gsclk_hz); %.6g or %.6g would be",
            rig->leds_light_us, period_us, floor(periods) * period_us, ceil(periods) * period_us);
   return false;
 }

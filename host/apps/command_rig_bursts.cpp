@@ -113,15 +113,11 @@ void complain(const FetchedBurst& fetched) {
 
 // What was done before a failure is told too: its sessions are here, and a rig has forgotten them.
 void tend_to_each(BurstSource* source, const std::function<void(const v1::HeldBurst&)>& tend,
-                  const std::function<void()>& report) {
-  bool any = false;
+                  const nlohmann::ordered_json& tended, const std::function<void()>& report) {
   try {
-    for (const v1::HeldBurst& held : source->held()) {
-      tend(held);
-      any = true;
-    }
+    for (const v1::HeldBurst& held : source->held()) tend(held);
   } catch (...) {
-    if (any) report();
+    if (!tended.empty()) report();
     throw;
   }
   report();
@@ -142,7 +138,7 @@ int run_sync(const Arguments& args) {
     forget_on_rig(&rig, fetched);
     source.forget(fetched.offers);
   };
-  tend_to_each(&rig, fetch, [&] {
+  tend_to_each(&rig, fetch, bursts, [&] {
     if (args.json) print_json({{"rig", args.rig}, {"bursts", bursts}});
     if (!args.json && bursts.empty()) fmt::print("{} holds no bursts\n", args.rig);
   });
@@ -180,7 +176,7 @@ int run_recover(const Arguments& args) {
     }
   };
   const std::string where = printable(args.rig.empty() ? args.store.string() : args.rig);
-  tend_to_each(source.get(), explain, [&] {
+  tend_to_each(source.get(), explain, bursts, [&] {
     if (args.json) {
       print_json({{"source", where}, {"whole", whole}, {"partial", partial}, {"bursts", bursts}});
     } else {

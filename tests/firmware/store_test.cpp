@@ -90,7 +90,7 @@ TEST(Store, ABurstThatTheDiskHasNoRoomForIsRefusedBeforeItBegins) {
   const TemporaryFolder folder;
   StoreBench bench(folder.path());
   ASSERT_TRUE(bench.open());
-  const store_order order = {40, 1e15, false};
+  const store_order order = {40, 1e15, false, false};
   uint64_t id = 0;
   char why[160];
   EXPECT_EQ(store_begin(&bench.store, &order, &id, why, sizeof why), LAM_STORE_FULL);
