@@ -49,7 +49,7 @@ std::vector<uint8_t> ResumedSource::photograph(const v1::FrameOffer& offer) {
 void ResumedSource::forget(const std::vector<v1::FrameOffer>& offers) {
   std::error_code ignored;
   for (const v1::FrameOffer& offer : offers) fs::remove(file_of(offer), ignored);
-  fs::remove(folder_, ignored);  // where it is empty
+  if (fs::is_directory(folder_)) fs::remove(folder_, ignored);  // where it is empty
 }
 
 }  // namespace lamella::apps

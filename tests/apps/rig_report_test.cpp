@@ -153,10 +153,8 @@ TEST_F(RigReport, OfABadRigFileIsItsLineAndOfARefusedPlanThePlanAndTheRule) {
   fs::copy_file(fs::path(LAMELLA_BOARD_DIR) / "dome150.leds", scratch.path() / "dome150.leds");
   std::ifstream sim(fs::path(LAMELLA_BOARD_DIR) / "sim.rig");
   std::string text{std::istreambuf_iterator<char>(sim), {}};
-  const std::string key = "leds.highest_duty = ";
-  text.replace(text.find(key) + key.size(),
-               text.find('\n', text.find(key)) - text.find(key) - key.size(), "0.01");
-  std::ofstream(refused) << text;
+  const size_t key = text.find("leds.highest_duty"), value = text.find('=', key) + 1;
+  std::ofstream(refused) << text.replace(value, text.find('\n', key) - value, " 0.01");
   const Outcome plan = run_lamella({"rig", "plan", "--rig-file", refused, "--json"});
   expect_one_line(plan, 2, {"refused.rig", "the rig would not play this", "leds.highest_duty"});
   EXPECT_NE(json::parse(plan.out)["refusal"], "");
@@ -206,7 +204,7 @@ TEST_F(RigReport, OfASyncThatBreaksOffTellsTheBurstsBeforeItInOneDocument) {
   std::ofstream(out / ".fetching") << "in the way of burst 42";
   const Outcome outcome =
       run_lamella({"rig", "sync", "--rig", rig.address(), "--out", out.string(), "--json"});
-  EXPECT_EQ(outcome.exit_code, 2) << outcome.err;
+  EXPECT_EQ(outcome.exit_code, 2) << outcome.err << outcome.out;
   ASSERT_EQ(outcome.complaints().size(), 2u) << outcome.err;
   EXPECT_NE(outcome.complaints()[0].find("burst 41 was not fetched and stays where it is"),
             std::string::npos);
