@@ -3,7 +3,6 @@
 
 #include <functional>
 
-#include "apps/commands.h"
 #include "apps/compare_folders.h"
 #include "apps/compare_images.h"
 #include "apps/compare_npz.h"
