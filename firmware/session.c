@@ -153,7 +153,7 @@ static enum lam_status compile(struct session* session, const struct burst_step 
     char why[160];
     snprintf(why, sizeof why,
              "%.0f flashes in a second: more than %d need the operator's word that this subject "
-             "bears them (flashing_confirmed)",
+             "bears them (capture --flashing-confirmed)",
              budget.flashes_per_s, BUDGET_HARMLESS_FLASHES_PER_S);
     return refuse(session, LAM_UNSAFE, why);
   }

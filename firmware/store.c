@@ -80,10 +80,10 @@ static enum lam_status begin_on_disk(struct store* store, const struct store_ord
   const double needed = order->frames * order->frame_bytes + kSpareBytes;
   const double free_bytes = (double)disk_free_bytes(&store->disk);
   if (free_bytes < needed) {
-    snprintf(why, why_size,
-             "the rig's disk has %.0f MB free and a burst needs %.0f MB: fetch what "
-             "it holds (lamella rig sync)",
-             free_bytes * 1e-6, needed * 1e-6);
+    snprintf(why, why_size, "the rig's disk has %.0f MB free and a burst needs %.0f MB: %s",
+             free_bytes * 1e-6, needed * 1e-6,
+             store->burst_count > 0 ? "fetch what it holds (lamella rig sync)"
+                                    : "no burst takes that room: make some on it");
     return LAM_STORE_FULL;
   }
   if (store->burst_count == STORE_MAX_BURSTS) {

@@ -68,8 +68,10 @@ void add_review(CLI::App& app, int*) {
   command->add_option("--size", a->size, "WIDTHxHEIGHT of the window or picture, pixels");
   command->add_option("--layers", a->layers, "Some of specular,single,shallow,deep; or none");
   command->add_option("--light", a->light, "portrait, front, side, or a direction X,Y,Z");
-  command->add_option("--azimuth", a->azimuth_deg,
-                      "Of the camera, degrees from the side that was photographed");
+  command
+      ->add_option("--azimuth", a->azimuth_deg,
+                   "Of the camera, degrees from the side that was photographed, -360 to 360")
+      ->check(CLI::Range(-360.0, 360.0));
   command->add_option("--elevation", a->elevation_deg, "Of the camera, degrees, -85 to 85")
       ->check(CLI::Range(-85.0, 85.0));
   command->add_option("--exposure", a->exposure, "Factor on the picture, 0.01 to 100")

@@ -130,6 +130,9 @@ int run_plan(const PlanArguments& args) {
   for (const fs::path& out : {args.svg, args.vcd}) {
     if (!out.empty()) require_file_place(out);
   }
+  if (!args.svg.empty() && args.svg.lexically_normal() == args.vcd.lexically_normal()) {
+    throw_bad_input(args.vcd.string(), "is the chart and the edges at once", "name two files");
+  }
   const v1::Plan plan = plan_of_rig_file(args.rig_file);
   const std::string rig = fs::path(args.rig_file).stem().string();
   if (!args.svg.empty()) write_whole_text(args.svg, plan_chart(plan, rig));

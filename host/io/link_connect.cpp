@@ -19,7 +19,11 @@ LinkClient::LinkClient(std::string address, LinkOptions options)
 
 void LinkClient::fail(const std::string& problem, const std::string& remedy) const {
   if (options_.interrupted && options_.interrupted()) {
-    throw Error(Fault::kRig, "rig " + address_, "interrupted, nothing was kept");
+    if (!options_.outlives_us) {
+      throw Error(Fault::kRig, "rig " + address_, "interrupted, nothing was kept");
+    }
+    throw Error(Fault::kRig, "rig " + address_, "interrupted; what the rig holds stays there",
+                "lamella rig sync --rig " + address_ + " --out FOLDER fetches it, or goes on");
   }
   throw Error(Fault::kRig, "rig " + address_, problem, remedy);
 }

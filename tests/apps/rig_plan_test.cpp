@@ -102,5 +102,14 @@ TEST(RigPlan, NamesFileLineAndKeyOfAWrongRigFile) {
       << outcome.err;
 }
 
+TEST(RigPlan, WritesNoTwoOutputsIntoOneFile) {
+  const testing::ScratchFolder folder;
+  const std::string file = folder.path() / "same";
+  const Outcome outcome = run_lamella({"rig", "plan", "--svg", file, "--vcd", file});
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.err.find("name two files"), std::string::npos) << outcome.err;
+  EXPECT_FALSE(fs::exists(file));
+}
+
 }  // namespace
 }  // namespace lamella
