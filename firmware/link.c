@@ -237,8 +237,7 @@ static void tick_pairing(struct link_server* server) {
   struct hal* hal = server->dialogue.session->hal;
   struct hal_senses senses = {.start_pressed = false};
   const bool pressed = hal->sense(hal->self, &senses) == LAM_OK && senses.start_pressed;
-  const lamella_v1_RigState state = server->dialogue.session->state;
-  server->pair.is_busy = state == lamella_v1_RigState_ARMED || state == lamella_v1_RigState_RUNNING;
+  server->pair.is_busy = session_is_busy(server->dialogue.session);
   if (!pair_tick(&server->pair, pressed, now_us())) end_pairing(server);
   show_code(server);
 }

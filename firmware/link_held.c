@@ -24,9 +24,7 @@ static bool is_in_memory(const struct dialogue* dialogue, uint64_t burst_id) {
 
 static bool refuse_burst_id(struct dialogue* dialogue, uint32_t id, uint64_t burst_id) {
   const struct session* session = dialogue->session;
-  const bool works =
-      session->state == lamella_v1_RigState_ARMED || session->state == lamella_v1_RigState_RUNNING;
-  const bool under_way = works && burst_id == session->burst_id;
+  const bool under_way = session_is_busy(session) && burst_id == session->burst_id;
   return link_refuse(dialogue, id, under_way ? CODE(WRONG_STATE) : CODE(NOT_FOUND),
                      under_way ? "the burst is not over" : "the rig holds no such burst");
 }

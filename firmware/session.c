@@ -47,6 +47,10 @@ bool session_may_go(lamella_v1_RigState from, lamella_v1_RigState to) {
   }
 }
 
+bool session_is_busy(const struct session* session) {
+  return session->state == STATE(ARMED) || session->state == STATE(RUNNING);
+}
+
 static enum lam_status refuse(struct session* session, enum lam_status status, const char* why) {
   snprintf(session->refusal, sizeof session->refusal, "%s", why);
   return status;
@@ -114,7 +118,7 @@ static void end_unwhole(struct session* session, const char* why) {
 
 void session_close(struct session* session) {
   session->hal->lights_off(session->hal->self);
-  if (session->state == STATE(ARMED) || session->state == STATE(RUNNING)) {
+  if (session_is_busy(session)) {
     session->ends_unwhole = "the rig was stopped";
   }
   if (collector_stop(&session->collector)) settle(session);

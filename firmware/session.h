@@ -60,6 +60,9 @@ void session_test_latency(struct session* session);
 
 bool session_may_go(lamella_v1_RigState from, lamella_v1_RigState to);
 
+// A burst is under way: ARMED or RUNNING.
+bool session_is_busy(const struct session* session);
+
 // Compiles the twenty steps and checks them; nothing moves yet. LAM_WRONG_STATE unless IDLE and
 // without photographs held (or told to discard them), LAM_UNSAFE where the plan breaks a rule.
 enum lam_status session_request_burst(struct session* session, bool discard_held);

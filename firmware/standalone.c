@@ -148,15 +148,10 @@ static void give_verdict(struct standalone* alone) {
   }
 }
 
-static bool is_working(const struct session* session) {
-  return session->state == lamella_v1_RigState_ARMED ||
-         session->state == lamella_v1_RigState_RUNNING;
-}
-
 // A burst, whoever asked for it, from its beginning to its verdict.
 static void follow_session(struct standalone* alone) {
   const struct session* session = alone->session;
-  if (!is_working(session)) {
+  if (!session_is_busy(session)) {
     if (alone->state == STANDALONE_BURST) give_verdict(alone);
     return;
   }
@@ -222,7 +217,7 @@ double standalone_tend(void* context) {
 enum lam_status standalone_request_selftest(struct standalone* alone, unsigned parts, bool learning,
                                             const char** why) {
   *why = alone->session->occupied != NULL ? alone->session->occupied : "a burst is under way";
-  const bool idle = !is_working(alone->session) && alone->session->occupied == NULL;
+  const bool idle = !session_is_busy(alone->session) && alone->session->occupied == NULL;
   if (!idle) return LAM_WRONG_STATE;
   begin_test(alone, parts, false, learning);
   return LAM_OK;
