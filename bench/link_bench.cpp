@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "firmware/test_calibration.h"
 #include "io/link_client.h"
 #include "link/rig_process.h"
 
@@ -131,7 +132,7 @@ struct Link {
   explicit Link(const fs::path& folder) : twin(kRows) {
     fs::create_directory(folder / "rig");
     fs::permissions(folder / "rig", fs::perms::owner_all);
-    std::ofstream(folder / "calibration.json") << "{}";
+    std::ofstream(folder / "calibration.json") << calibration_text();
     identity = std::make_shared<const Identity>(folder / "host");
     write_private_file(folder / "rig" / "paired_hosts",
                        to_hex(identity->fingerprint()) + " bench\n");

@@ -7,6 +7,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "calibration.h"
 #include "hal_linux.h"
 #include "hal_sim.h"
 #include "input_file.h"
@@ -241,11 +242,24 @@ static int claim_lights(struct daemon* daemon) {
   return explain(LAM_HARDWARE, "there can be no supervisor for the sequencer");
 }
 
+// The cameras whose photographs the rig takes; NULL where they are a twin's, as large as it likes.
+static const struct rig_camera* own_cameras(const struct daemon* daemon,
+                                            const struct arguments* arguments) {
+  const bool own = strcmp(arguments->hal, "linux") == 0 || arguments->test_frames;
+  return own && daemon->rig.sensor.width_px > 0 ? &daemon->rig.sensor : NULL;
+}
+
 // Into memory that lives as long as the daemon.
-static enum lam_status read_calibration(struct dialogue* dialogue, const char* path) {
+static enum lam_status read_calibration(struct dialogue* dialogue, const char* path,
+                                        const struct rig_camera* cameras) {
   static uint8_t bytes[kMaxCalibrationBytes];
-  char why[INPUT_FILE_WHY_CHARS];
-  if (!input_file_read(path, bytes, sizeof bytes, &dialogue->calibration_size, why)) {
+  char unread[INPUT_FILE_WHY_CHARS], why[CALIBRATION_WHY_CHARS];
+  size_t* size = &dialogue->calibration_size;
+  if (!input_file_read(path, bytes, sizeof bytes, size, unread)) {
+    fprintf(stderr, "lamella-rigd: --calibration %s: %s\n", path, unread);
+    return LAM_BAD_INPUT;
+  }
+  if (!calibration_check((const char*)bytes, *size, cameras, why)) {
     fprintf(stderr, "lamella-rigd: --calibration %s: %s\n", path, why);
     return LAM_BAD_INPUT;
   }
@@ -280,7 +294,8 @@ static int start(struct daemon* daemon, const struct arguments* arguments) {
   char error[LINK_FILE_PATH_CHARS + 160];
   struct dialogue given = {0};
   if (read_inputs(daemon, arguments) != LAM_OK) return kExitBadInput;
-  if (read_calibration(&given, arguments->calibration) != LAM_OK) return kExitBadInput;
+  const struct rig_camera* cameras = own_cameras(daemon, arguments);
+  if (read_calibration(&given, arguments->calibration, cameras) != LAM_OK) return kExitBadInput;
   const bool real = strcmp(arguments->hal, "linux") == 0;
   const int unclaimed = real ? claim_lights(daemon) : 0;
   if (unclaimed != 0) return unclaimed;

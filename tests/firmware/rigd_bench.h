@@ -10,13 +10,14 @@
 #include <vector>
 
 #include "fake_twin.h"
+#include "test_calibration.h"
 
 class Rigd : public ::testing::Test {
  protected:
   void SetUp() override {
     char name[] = "/tmp/lamella-rigd-test-XXXXXX";
     folder = mkdtemp(name);
-    std::ofstream(folder / "calibration.json") << R"({"format": "lamella.session.v1"})";
+    std::ofstream(folder / "calibration.json") << calibration_text();
   }
   void TearDown() override { std::filesystem::remove_all(folder); }
 

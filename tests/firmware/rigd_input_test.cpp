@@ -6,6 +6,7 @@
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "rigd_bench.h"
@@ -81,6 +82,25 @@ TEST_F(RigdInput, WhatIsMissingOfARealRigIsToldBeforeAnyHardwareIsTouched) {
   const std::string cpu = "linux.cpu                = 0";
   std::ofstream(far) << text.replace(text.find(cpu), cpu.size(), "linux.cpu = 63");
   expect_failure({"--hal", "linux", "--rig", far}, 2, "linux.cpu is 63: this computer has");
+}
+
+TEST_F(RigdInput, ACalibrationThatNoHostCouldUseIsRefusedAtTheStartAndNothingIsWritten) {
+  const std::string path = folder / "other.json", store = folder / "store";
+  const std::string test_frames = "--test-frames", vm = LAMELLA_BOARD_DIR "/vm.rig";
+  std::filesystem::create_directory(store);
+  const std::vector<std::pair<std::string, std::string>> wrong = {
+      {"", "is empty; replace it"},
+      {std::string("\x9f\x01\xffnoise"), "line 1: not JSON"},
+      {board_text("vm.rig"), "line 1: not JSON: no value begins here"},
+      {R"({"format": "lamella.session.v1"})", "has no \"rig\""},
+      {calibration_text(600, 750), "line 4: the left camera has 600 x 750 pixels"}};
+  for (const auto& [text, says] : wrong) {
+    std::ofstream(path) << text;
+    const std::string line = "lamella-rigd: --calibration " + path + ": " + says;
+    expect_failure({"--calibration", path, test_frames, "--rig", vm, "--store", store}, 2, line);
+    expect_failure({"--calibration", path, "--hal", "linux", "--rig", vm}, 2, line);
+    EXPECT_TRUE(std::filesystem::is_empty(store)) << says;
+  }
 }
 
 TEST_F(RigdInput, WaitsForNoPipeInPlaceOfAFile) {

@@ -9,6 +9,7 @@
 
 #include "fake_twin.h"
 #include "store_bench.h"
+#include "test_calibration.h"
 #include "test_host.h"
 
 extern "C" {
@@ -20,7 +21,7 @@ namespace {
 class RigdStore : public ::testing::Test {
  protected:
   void SetUp() override {
-    std::ofstream(folder.path() / "calibration.json") << R"({"format": "lamella.session.v1"})";
+    std::ofstream(folder.path() / "calibration.json") << calibration_text();
     std::filesystem::create_directory(store());
     start();
   }
@@ -124,7 +125,8 @@ TEST_F(RigdStore, TimingAndCalibrationOfAnOlderBurstAreItsOwn) {
   lamella_v1_Request request = request_of(lamella_v1_Request_timing_tag);
   request.body.timing = {first, 70};
   const lamella_v1_TimingEdges before = host->ask(request).body.timing;
-  std::ofstream(folder.path() / "calibration.json") << R"({"subject": "another"})";
+  const std::string another = calibration_text(160, 120, "another");
+  std::ofstream(folder.path() / "calibration.json") << another;
   start();
   run_burst();
   const lamella_v1_TimingEdges after = host->ask(request).body.timing;
@@ -135,8 +137,8 @@ TEST_F(RigdStore, TimingAndCalibrationOfAnOlderBurstAreItsOwn) {
     const auto bytes = host->fetch({lamella_v1_BlobQuery_Kind_CALIBRATION, burst_id, 0, 0});
     return std::string(bytes.begin(), bytes.end());
   };
-  EXPECT_EQ(text(first), R"({"format": "lamella.session.v1"})");
-  EXPECT_EQ(text(0), R"({"subject": "another"})");
+  EXPECT_EQ(text(first), calibration_text());
+  EXPECT_EQ(text(0), another);
 }
 
 TEST_F(RigdStore, AnAcknowledgementIsAnsweredAgainWhereItsAnswerWasLost) {

@@ -6,7 +6,6 @@ import hashlib
 import json
 import os
 import pathlib
-import re
 import subprocess
 import sys
 import tempfile
@@ -15,6 +14,7 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "hil"))
 
+from suite.calibration import calibration  # noqa: E402
 from witness import vcd  # noqa: E402
 
 PARTS = "chain,actuator,projector,temperature,estop"  # that need no twin
@@ -41,61 +41,6 @@ def make_key(path):
 def write_private(path, text):
     path.write_text(text, encoding="utf-8")
     path.chmod(0o600)
-
-
-def calibration(rig_file):
-    """What a rig gives with its photographs: this rig file's LEDs, cameras and patterns."""
-    numbers = dict(
-        re.findall(r"(?m)^([\w.]+)\s*=\s*([-\d.]+)", rig_file.read_text(encoding="utf-8"))
-    )
-    value = {key: float(text) for key, text in numbers.items()}
-    leds = re.findall(
-        r"(?m)^led\.\d+\s*=\s*\d+\s+\d+\s+(\S+)\s+(\S+)\s+(\S+)",
-        (rig_file.parent / "dome150.leds").read_text(encoding="utf-8"),
-    )
-    camera = {
-        "width": int(value["camera.width_px"]),
-        "height": int(value["camera.height_px"]),
-        "fx": 500,
-        "fy": 500,
-        "cx": 80,
-        "cy": 60,
-        "rotation": [1, 0, 0, 0, -1, 0, 0, 0, -1],
-        "saturation": 1,
-        "read_noise": 0.001,
-        "full_well_electrons": 10000,
-        "extinction": 0,
-    }
-    placed = [
-        {**camera, "id": name, "translation_mm": [x, 0, 700]}
-        for name, x in (("left", 100), ("right", -100))
-    ]
-    return {
-        "format": "lamella.session.v1",
-        "rig": {
-            "leds": [{"direction": [float(v) for v in led]} for led in leds],
-            "cameras": placed,
-            "projector": {
-                **placed[0],
-                "id": "projector",
-                "width": int(value["projector.width_px"]),
-                "height": int(value["projector.height_px"]),
-                "translation_mm": [0, 0, 700],
-            },
-        },
-        "patterns": {
-            "fringe": {"periods": [value[f"pattern.fringe_{i}_periods"] for i in range(4)]},
-            "stripes": {
-                "period_px": value["pattern.stripe_period_px"],
-                "shift_px": value["pattern.stripe_shift_px"],
-            },
-            "dots": {
-                "pitch_px": value["pattern.dot_pitch_px"],
-                "diameter_px": value["pattern.dot_diameter_px"],
-                "offset_px": [value["pattern.dot_offset_u_px"], value["pattern.dot_offset_v_px"]],
-            },
-        },
-    }
 
 
 class RealRig(unittest.TestCase):
