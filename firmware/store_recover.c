@@ -19,16 +19,18 @@ int store_count_burst(struct disk* disk, uint64_t burst_id) {
   return disk_write_whole(disk, kCounter, bytes, size);
 }
 
-// The newest id ever given, as far as the counter knows. Where it is spoilt the time since 1970 is
-// larger than any count that a rig reaches.
-static uint64_t last_counted(const struct disk* disk) {
+// The newest id ever given, as far as the counter knows. Where it is `spoilt` the time since 1970
+// is larger than any count that a rig reaches.
+static uint64_t last_counted(const struct disk* disk, bool* spoilt) {
   uint8_t bytes[64];
   lamella_v1_BurstCounter counter = {0};
   const ssize_t size = disk_read(disk, kCounter, bytes, sizeof bytes);
+  *spoilt = false;
   if (size > 0 && record_get(lamella_v1_BurstCounter_fields, &counter, bytes, (size_t)size) > 0) {
     return counter.last_burst_id;
   }
-  return disk_has(disk, kCounter) ? (uint64_t)time(NULL) : 0;
+  *spoilt = disk_has(disk, kCounter);
+  return *spoilt ? (uint64_t)time(NULL) : 0;
 }
 
 // A record that was whole beside its place when power went.
@@ -178,7 +180,14 @@ int store_recover(struct store* store) {
     failed = load_burst(&store->disk, &store->bursts[i]);
     if (store->bursts[i].id != 0) store->bursts[store->burst_count++] = store->bursts[i];
   }
-  const uint64_t counted = last_counted(&store->disk);
+  bool spoilt = false;
+  const uint64_t counted = last_counted(&store->disk, &spoilt);
   store->last_burst_id = counted > folders.newest ? counted : folders.newest;
+  if (spoilt) {
+    fprintf(stderr,
+            "lamella-rigd: store: '%s' is spoilt: the next burst is number %" PRIu64
+            ", which no burst here had\n",
+            kCounter, store->last_burst_id + 1);
+  }
   return failed;
 }

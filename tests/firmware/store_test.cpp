@@ -125,6 +125,37 @@ TEST(Store, AnIdIsNeverGivenTwiceWhateverBecomesOfTheBursts) {
   EXPECT_GT(bench.begin(1), 1000000000u);  // the time since 1970
 }
 
+TEST(Store, ASpoiltCounterIsSaidAndTheNextIdIsNoneOfABurstThatStands) {
+  const TemporaryFolder folder;
+  constexpr uint64_t kLater = 99999999999;  // than the seconds since 1970
+  Promises promises;
+  {
+    StoreBench bench(folder.path());
+    ASSERT_TRUE(bench.open());
+    bench.store.last_burst_id = kLater - 1;
+    ASSERT_EQ(bench.burst(1, &promises), kLater);
+  }
+  for (const std::string spoilt : {"spoilt", "", "LMR1"}) {
+    std::ofstream(folder.path() / "counter") << spoilt;
+    testing::internal::CaptureStderr();
+    StoreBench bench(folder.path());
+    EXPECT_TRUE(bench.open());
+    EXPECT_EQ(testing::internal::GetCapturedStderr(),
+              "lamella-rigd: store: 'counter' is spoilt: the next burst is number " +
+                  std::to_string(kLater + 1) + ", which no burst here had\n");
+    EXPECT_EQ(bench.store.last_burst_id, kLater);
+  }
+  {
+    StoreBench bench(folder.path());
+    ASSERT_TRUE(bench.open());
+    EXPECT_EQ(bench.burst(1, &promises), kLater + 1);
+  }
+  testing::internal::CaptureStderr();
+  StoreBench bench(folder.path());
+  EXPECT_TRUE(bench.open());
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "") << "that burst has written it anew";
+}
+
 TEST(Store, ABurstWithoutPhotographsIsReleasedAndOneWithThemIsNot) {
   const TemporaryFolder folder;
   Promises promises;
