@@ -3,8 +3,9 @@
 #include <math.h>
 #include <stddef.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
+
+#include "rig_text.h"
 
 enum kind { WHOLE, NUMBER, FORMAT, SENSOR, TRIGGER, ACTIVE, STAMP };
 
@@ -47,9 +48,12 @@ static bool refuse(char error[160], const char* key, const char* why) {
 
 static bool take_number(const struct camera_key* key, const char* value, void* field,
                         char error[160]) {
-  char* end = NULL;
-  const double number = strtod(value, &end);
-  if (end == value || *end != '\0') return refuse(error, key->name, "needs one number");
+  double number = 0;
+  const char* end = rig_text_number(value, &number);
+  if (end == NULL || *end != '\0') {
+    snprintf(error, 160, "'%s' needs one decimal number, not '%.40s'", key->name, value);
+    return false;
+  }
   if (!(number >= key->lowest && number <= key->highest)) {
     snprintf(error, 160, "'%s' is %.10g; it must be between %.10g and %.10g", key->name, number,
              key->lowest, key->highest);

@@ -25,10 +25,13 @@ static bool split(const char* text, struct rig_hook* hook) {
 }
 
 static bool read_control(const char* text, struct rig_hook* hook) {
-  char* end = NULL;
   if (!split(text, hook)) return false;
-  hook->number = strtol(hook->value, &end, 0);
-  return *end == '\0' && hook->number >= INT32_MIN && hook->number <= INT32_MAX;
+  const char* digits = hook->value + (hook->value[0] == '-');
+  const size_t count = strspn(digits, "0123456789");
+  const bool octal = digits[0] == '0' && count > 1;  // as some would read it
+  if (count == 0 || digits[count] != '\0' || octal) return false;
+  hook->number = strtol(hook->value, NULL, 10);
+  return hook->number >= INT32_MIN && hook->number <= INT32_MAX;
 }
 
 static bool read_module(const char* text, struct rig_hook* hook) {

@@ -1,7 +1,8 @@
 // The rig file's linux.camera_trigger: how a camera is told to wait for triggers.
 //
-//   control:NAME=NUMBER   a V4L2 control is set, by its name, and asked for again
-//   module:imx296/parameters/trigger_mode=1   a kernel module's parameter must be that; only a
+//   control:NAME=NUMBER   a V4L2 control is set, by its name, to a decimal number, and asked for
+//   again module:imx296/parameters/trigger_mode=1   a kernel module's parameter must be that; only
+//   a
 //                         restart can change it
 //   fixed                 the camera's own; nothing to do
 #ifndef LAMELLA_FIRMWARE_RIG_HOOK_H

@@ -1,7 +1,6 @@
 #include "rig_key.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum rig_kind { KIND_NUMBER, KIND_WHOLE, KIND_CHOICE, KIND_TEXT, KIND_LINE };
@@ -123,10 +122,11 @@ static void complain_of_unknown(const struct rig_pair* pair, struct rig_errors* 
 
 static void take_number(const struct rig_key* key, const struct rig_pair* pair, double* field,
                         struct rig_errors* errors) {
-  char* end = NULL;
-  const double number = strtod(pair->value, &end);
-  if (end == pair->value || *end != '\0') {
-    rig_complain(errors, pair->line, "'%s' needs one number, not '%.40s'", key->name, pair->value);
+  double number = 0;
+  const char* end = rig_text_number(pair->value, &number);
+  if (end == NULL || *end != '\0') {
+    rig_complain(errors, pair->line, "'%s' needs one decimal number, not '%.40s'", key->name,
+                 pair->value);
   } else if (!(number >= key->lowest && number <= key->highest)) {
     rig_complain(errors, pair->line, "'%s' is %.10g; it must be between %.10g and %.10g", key->name,
                  number, key->lowest, key->highest);

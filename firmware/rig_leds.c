@@ -1,7 +1,6 @@
 // The list of LEDs: `led.count = LEDS`, which tells a list that was cut off, then
 // `led.N = chip output x y z`, N counting from 0 without a gap.
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -66,6 +65,17 @@ static void take_count(struct led_reader* reader, const struct rig_pair* pair) {
   }
 }
 
+// Decimal numbers, with blanks between them and nothing else.
+static bool read_numbers(const char* text, double numbers[], size_t count) {
+  for (size_t i = 0; i < count; i++) {
+    text = rig_text_number(text + strspn(text, " \t"), &numbers[i]);
+    if (text == NULL || (*text != '\0' && *text != ' ' && *text != '\t')) return false;
+  }
+  return *text == '\0';
+}
+
+static bool is_int(double number) { return number == floor(number) && fabs(number) < 1e6; }
+
 static void take_led(void* context, const struct rig_pair* pair) {
   struct led_reader* reader = context;
   reader->last_line = pair->line;
@@ -75,14 +85,15 @@ static void take_led(void* context, const struct rig_pair* pair) {
   }
   if (!number_is_due(reader, pair)) return;
   struct led_place* led = &reader->rig->leds[reader->due - 1];
-  double* d = led->direction;
-  int chip = -1, output = -1, used = 0;
-  const int count =
-      sscanf(pair->value, "%4d %4d %lf %lf %lf %n", &chip, &output, &d[0], &d[1], &d[2], &used);
-  if (count != 5 || pair->value[used] != '\0') {
-    rig_complain(reader->errors, pair->line, "'%s' needs chip, output, x, y, z", pair->key);
+  double numbers[5];
+  if (!read_numbers(pair->value, numbers, 5) || !is_int(numbers[0]) || !is_int(numbers[1])) {
+    rig_complain(reader->errors, pair->line, "'%s' needs chip, output, x, y, z: decimal numbers",
+                 pair->key);
     return;
   }
+  const int chip = (int)numbers[0], output = (int)numbers[1];
+  double* d = led->direction;
+  memcpy(d, numbers + 2, sizeof led->direction);
   if (!take_output(reader, pair, chip, output)) return;
   led->chip = (uint8_t)chip;
   led->output = (uint8_t)output;

@@ -1,7 +1,9 @@
 #include "rig_text.h"
 
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum { kMaxLineBytes = 160 };
@@ -41,6 +43,23 @@ static bool split(char* line, struct rig_errors* errors, struct rig_pair* pair) 
   pair->key = trim(key);
   pair->value = trim(equals + 1);
   return true;
+}
+
+static const char* skip_digits(const char* text) { return text + strspn(text, "0123456789"); }
+
+static const char* skip_sign(const char* text) { return text + (*text == '-' || *text == '+'); }
+
+const char* rig_text_number(const char* text, double* number) {
+  const char* whole = skip_sign(text);
+  const char* point = skip_digits(whole);
+  const char* end = *point == '.' ? skip_digits(point + 1) : point;
+  if (end - whole == (*point == '.')) return NULL;  // no digit
+  if (*end == 'e' || *end == 'E') {
+    const char* power = skip_sign(end + 1);
+    if (skip_digits(power) > power) end = skip_digits(power);
+  }
+  *number = strtod(text, NULL);
+  return isfinite(*number) ? end : NULL;
 }
 
 // Letters beyond ASCII may stand in comments.

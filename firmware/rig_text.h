@@ -35,6 +35,10 @@ struct rig_pair {
   const char *key, *value;
 };
 
+// A decimal number that a text begins with, as "-0.5" or "2.5e6", and the end of it; NULL where
+// there is none that is finite. strtod() would take "0x10", "inf" and "nan" too.
+const char* rig_text_number(const char* text, double* number);
+
 // Calls `take` for every pair of the text, and complains of every line that is none. False, with
 // one complaint, where it is no text at all: then nothing in it is missing either.
 bool rig_text_each_pair(const char* text, size_t length, struct rig_errors* errors,

@@ -58,7 +58,7 @@ TEST(RigLinux, TwoKeysWithOneLineAreRefused) {
 TEST(RigLinux, WrongValuesAreRefusedWithTheReason) {
   expect_refusal("linux.cpu = 3", "linux.cpu = 2.5", "whole number");
   expect_refusal("linux.priority = 80", "linux.priority = 100", "between 1 and 99");
-  expect_refusal("linux.spin_us = 150", "linux.spin_us = soon", "needs one number");
+  expect_refusal("linux.spin_us = 150", "linux.spin_us = soon", "needs one decimal number");
   expect_refusal("linux.gpio_chip = /dev/gpiochip0", "linux.gpio_chip =", "is empty");
   expect_refusal("linux.lamp_line", "linux.lamp", "unknown key");
   expect_refusal("linux.cpu = 3", "linux.spin_us = 3", "twice");

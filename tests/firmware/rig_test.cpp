@@ -104,13 +104,30 @@ TEST(RigFile, ListOfErrorsIsBoundedAndCountsTheRest) {
 
 TEST(RigFile, NumberOutOfRangeNamesKeyValueAndRange) {
   expect_error("leds.spi_hz", "leds.spi_hz = 20e6", "'leds.spi_hz' is 20000000; it must be");
-  expect_error("camera.guard_us", "camera.guard_us = nan", "'camera.guard_us' is nan");
   expect_error("leds.highest_duty", "leds.highest_duty = 1.5", "'leds.highest_duty'");
 }
 
 TEST(RigFile, TextWhereANumberIsDueNamesBoth) {
   expect_error("camera.readout_us", "camera.readout_us = 6 ms", "not '6 ms'");
   expect_error("analyser.park", "analyser.park = open", "not 'open'");
+}
+
+TEST(RigFile, NumberThatIsNotDecimalIsRefused) {
+  for (const std::string number :
+       {"0x10", "0X1p4", "inf", "-infinity", "nan", "NAN(1)", "1e999", ".", "1e", "+-1", "1,5"}) {
+    expect_error("camera.guard_us", "camera.guard_us = " + number,
+                 "'camera.guard_us' needs one decimal number, not '" + number + "'");
+  }
+  for (const char* number : {"300", "3e2", "+300.", "3.0E+02", "0300"}) {
+    int line = 0;
+    const std::string text = with_line(rig_file_text(), "camera.guard_us",
+                                       std::string("camera.guard_us = ") + number, &line);
+    EXPECT_EQ(errors_of(text).count, 0u) << number;
+  }
+  int line = 0;
+  const std::string text =
+      with_line(board_text("vm.rig"), "camera.width_px", "camera.width_px = 0xA0", &line);
+  expect_first(errors_of(text), line, "'camera.width_px' needs one decimal number, not '0xA0'");
 }
 
 TEST(RigFile, LineThatIsNoPairIsRefused) {
@@ -166,7 +183,10 @@ TEST(LedList, DirectionMustBeAUnitVector) {
 TEST(LedList, LedBeyondTheChainIsRefused) {
   expect_led_error("led.7 ", "led.7 = 7 1 0 0 1", "chips are 0 to 6");
   expect_led_error("led.7 ", "led.7 = 0 24 0 0 1", "outputs 0 to 23");
-  expect_led_error("led.7 ", "led.7 = 0 1 0 0", "needs chip, output, x, y, z");
+  for (const char* place : {"0 1 0 0", "0 1 0 0 1 1", "0 1 0 0 0x1", "0 1 0 nan 1", "0.5 1 0 0 1",
+                            "0 0x1 0 0 1", "0 1 0 0 1e999", "0 1 0 0-1", "0 1 0 0 1;"}) {
+    expect_led_error("led.7 ", std::string("led.7 = ") + place, "needs chip, output, x, y, z");
+  }
 }
 
 TEST(LedList, ThatIsCutOffOrEmptyIsRefused) {

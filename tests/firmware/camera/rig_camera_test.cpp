@@ -169,7 +169,8 @@ TEST(RigCamera, WhatContradictsTheSensorIsNamed) {
 }
 
 TEST(RigCamera, AHookOfNoKindIsToldBeforeAnyCameraIsOpened) {
-  for (const char* hook : {"maybe", "control:Trigger Mode", "control:X=one", "module:imx296=1"}) {
+  for (const char* hook : {"maybe", "control:Trigger Mode", "control:X=one", "control:X=0x1",
+                           "control:X=01", "control:X= 1", "module:imx296=1"}) {
     const std::string told = answer(with("linux.camera_trigger", hook));
     EXPECT_NE(told.find("'linux.camera_trigger' is '" + std::string(hook) + "', which is no"),
               std::string::npos)
