@@ -1,12 +1,12 @@
 #include "hal_sim_faults.h"
 
 #include <math.h>
-#include <stdlib.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "hal_sim_light.h"
 #include "led_chain.h"
-#include "rig.h"
+#include "roll.h"
 
 const struct sim_faults kSimNoFaults = {.flipped_bit = -1,
                                         .stuck_bit = -1,
@@ -24,24 +24,28 @@ const struct sim_faults kSimNoFaults = {.flipped_bit = -1,
                                         .hottest_c = NAN,
                                         .press_us = NAN};
 
-// A fault that is one whole number below `end`.
+static const char kLeds[] = "LEDs";  // as many as the rig has
+
+// A fault that is a whole number below `end`: one of so many `what`.
 struct counted_fault {
   const char* name;
   size_t offset;
+  const char* what;
   int end;
 };
 
 static const struct counted_fault kCounted[] = {
-    {"flip-bit", offsetof(struct sim_faults, flipped_bit), CHAIN_BITS},
-    {"stuck-bit", offsetof(struct sim_faults, stuck_bit), CHAIN_BITS},
-    {"missing-chip", offsetof(struct sim_faults, missing_chip), CHAIN_CHIPS},
-    {"broken-chip", offsetof(struct sim_faults, broken_chip), CHAIN_CHIPS},
-    {"forgetful-chip", offsetof(struct sim_faults, forgetful_chip), CHAIN_CHIPS},
-    {"dead-led", offsetof(struct sim_faults, dead_led), RIG_MAX_LEDS},
-    {"weak-led", offsetof(struct sim_faults, weak_led), RIG_MAX_LEDS},
-    {"drop-frame", offsetof(struct sim_faults, dropped_shot), SIM_MAX_EVENTS},
-    {"missing-camera", offsetof(struct sim_faults, missing_camera), 2},
-    {"spi-error", offsetof(struct sim_faults, broken_shift), SIM_MAX_EVENTS},
+    {"flip-bit", offsetof(struct sim_faults, flipped_bit), "bits", CHAIN_BITS},
+    {"stuck-bit", offsetof(struct sim_faults, stuck_bit), "bits", CHAIN_BITS},
+    {"missing-chip", offsetof(struct sim_faults, missing_chip), "chips", CHAIN_CHIPS},
+    {"broken-chip", offsetof(struct sim_faults, broken_chip), "chips", CHAIN_CHIPS},
+    {"forgetful-chip", offsetof(struct sim_faults, forgetful_chip), "chips", CHAIN_CHIPS},
+    {"dead-led", offsetof(struct sim_faults, dead_led), kLeds, 0},
+    {"weak-led", offsetof(struct sim_faults, weak_led), kLeds, 0},
+    {"drop-frame", offsetof(struct sim_faults, dropped_shot), "shots of a burst", ROLL_MAX_SHOTS},
+    {"missing-camera", offsetof(struct sim_faults, missing_camera), "cameras", 2},
+    {"spi-error", offsetof(struct sim_faults, broken_shift), "LED frames of a burst",
+     SIM_MAX_EVENTS},
 };
 
 // One that is a number, and one that is there or not.
@@ -72,9 +76,8 @@ static int numbers_after(const char* text, const char* name, double numbers[kMos
   if (strncmp(text, name, length) != 0 || text[length] != ':') return 0;
   const char* at = text + length + 1;
   for (int i = 0; i < kMostNumbers; i++) {
-    char* end = NULL;
-    numbers[i] = strtod(at, &end);
-    if (end == at || !(numbers[i] >= 0 && numbers[i] < 1e9)) return 0;
+    const char* end = rig_text_number(at, &numbers[i]);
+    if (end == NULL || !(numbers[i] >= 0 && numbers[i] < 1e9)) return 0;
     if (*end == '\0') return i + 1;
     if (*end != ':') return 0;
     at = end + 1;
@@ -87,7 +90,7 @@ static bool parse_counted(const char* text, struct sim_faults* faults) {
     double numbers[kMostNumbers];
     if (numbers_after(text, kCounted[i].name, numbers) != 1) continue;
     *(int*)((char*)faults + kCounted[i].offset) = (int)numbers[0];
-    return numbers[0] < kCounted[i].end;
+    return numbers[0] == floor(numbers[0]);
   }
   return false;
 }
@@ -119,15 +122,46 @@ bool sim_faults_parse(const char* text, struct sim_faults* faults) {
   if (lateness > 0) {
     faults->late_blank_us = numbers[0];
     faults->late_pulse = lateness > 1 ? (int)numbers[1] : -1;
-    return true;
+    return lateness == 1 || numbers[1] == floor(numbers[1]);
   }
   if (numbers_after(text, "swapped-leds", numbers) == 2) {
     faults->swapped_leds[0] = (int)numbers[0];
     faults->swapped_leds[1] = (int)numbers[1];
-    return numbers[0] < RIG_MAX_LEDS && numbers[1] < RIG_MAX_LEDS;
+    return numbers[0] == floor(numbers[0]) && numbers[1] == floor(numbers[1]);
   }
   if (numbers_after(text, "press", numbers) != 2) return false;
   faults->press_us = numbers[0];
   faults->hold_us = numbers[1];
   return true;
+}
+
+static bool refuse(char error[160], const char* fault, const char* what, int end) {
+  snprintf(error, 160, "--inject %s: %s are 0 to %d", fault, what, end - 1);
+  return false;
+}
+
+static bool swap_fits(const int leds[2], int led_count, char error[160]) {
+  char fault[48];
+  snprintf(fault, sizeof fault, "swapped-leds:%d:%d", leds[0], leds[1]);
+  if (leds[0] >= led_count || leds[1] >= led_count) return refuse(error, fault, kLeds, led_count);
+  if (leds[0] < 0 || leds[0] != leds[1]) return true;
+  snprintf(error, 160, "--inject %s: it takes two LEDs", fault);
+  return false;
+}
+
+bool sim_faults_fit(const struct sim_faults* faults, const struct rig* rig, char error[160]) {
+  char fault[64];
+  const int led_count = (int)rig->led_count;
+  for (size_t i = 0; i < sizeof kCounted / sizeof kCounted[0]; i++) {
+    const struct counted_fault* counted = &kCounted[i];
+    const int number = *(const int*)((const char*)faults + counted->offset);
+    const int end = counted->what == kLeds ? led_count : counted->end;
+    snprintf(fault, sizeof fault, "%s:%d", counted->name, number);
+    if (number >= end) return refuse(error, fault, counted->what, end);
+  }
+  if (faults->late_pulse >= ROLL_MAX_SHOTS) {
+    snprintf(fault, sizeof fault, "late-blank:%g:%d", faults->late_blank_us, faults->late_pulse);
+    return refuse(error, fault, "pulses of a burst", ROLL_MAX_SHOTS);
+  }
+  return swap_fits(faults->swapped_leds, led_count, error);
 }

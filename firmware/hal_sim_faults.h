@@ -5,6 +5,8 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+#include "rig.h"
+
 struct sim_faults {
   int flipped_bit;           // of every stream into the driver chain; -1: none
   int stuck_bit;             // of every stream: arrives as 1; -1: none
@@ -39,5 +41,8 @@ extern const struct sim_faults kSimNoFaults;
 
 // Reads one fault into `faults`. False where it is none.
 bool sim_faults_parse(const char* text, struct sim_faults* faults);
+
+// Whether what the faults name by number is there; where not, `error` says what there is.
+bool sim_faults_fit(const struct sim_faults* faults, const struct rig* rig, char error[160]);
 
 #endif

@@ -167,7 +167,7 @@ static bool parse_arguments(int argc, char** argv, struct arguments* arguments) 
     if (option == 'H') arguments->help = true;
     if (option == 'V') arguments->version = true;
     if (option == 'i' && !sim_faults_parse(optarg, &arguments->faults)) {
-      return refuse("--inject", optarg, "no such fault, or its number is out of range");
+      return refuse("--inject", optarg, "no such fault");
     }
   }
   if (optind < argc) return refuse(argv[optind], "", "is no option");
@@ -278,7 +278,12 @@ static bool has_cpu(const struct rig* rig) {
 
 // What can be told without the hardware is told before any of it is touched.
 static enum lam_status read_inputs(struct daemon* daemon, const struct arguments* arguments) {
+  char error[160];
   if (rig_read(arguments->rig, &daemon->rig) != LAM_OK) return LAM_BAD_INPUT;
+  if (!sim_faults_fit(&arguments->faults, &daemon->rig, error)) {
+    explain(LAM_BAD_INPUT, error);
+    return LAM_BAD_INPUT;
+  }
   if (strcmp(arguments->hal, "linux") != 0) return LAM_OK;
   if (!has_cpu(&daemon->rig)) return LAM_BAD_INPUT;
   if (arguments->state == NULL) {

@@ -1,7 +1,9 @@
 // What lamella-rigd is given on its command line and in its files, and says of what is wrong there.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -46,13 +48,37 @@ TEST_F(RigdInput, BadInputIsOneLineAndExitCodeTwo) {
   expect_failure({"--hal", "linux"}, 2, "the rig file has no linux. keys");
   expect_failure({"--hal", "arduino"}, 2, "there are sim and linux");
   expect_failure({"--clock", "sundial"}, 2, "--clock sundial: there are virtual and real; see");
-  expect_failure({"--inject", "flip-bit:9999"}, 2, "--inject flip-bit:9999: no such fault");
+  expect_failure({"--inject", "flip-bit:9999"}, 2, "--inject flip-bit:9999: bits are");
   expect_failure({"--inject"}, 2, "--inject: needs a value");
   expect_failure({"--brightness", "7"}, 2, "--brightness: no such option; see lamella-rigd --help");
   expect_failure({"bright"}, 2, "bright: is no option");
   const std::string wrong = folder / "wrong.rig";
   std::ofstream(wrong) << "# a rig\nleds.spi_hz = 99e6\n";
   expect_failure({"--rig", wrong}, 2, wrong + ":2: 'leds.spi_hz' is 99000000");
+}
+
+TEST_F(RigdInput, AFaultOfAPartThatTheRigHasNotIsRefusedWithThoseThatItHas) {
+  const std::vector<std::pair<std::string, std::string>> wrong = {
+      {"dead-led:150", "LEDs are 0 to 149"},
+      {"weak-led:167", "LEDs are 0 to 149"},
+      {"swapped-leds:3:150", "LEDs are 0 to 149"},
+      {"swapped-leds:150:3", "LEDs are 0 to 149"},
+      {"swapped-leds:3:3", "it takes two LEDs"},
+      {"flip-bit:2016", "bits are 0 to 2015"},
+      {"stuck-bit:2016", "bits are 0 to 2015"},
+      {"missing-chip:7", "chips are 0 to 6"},
+      {"broken-chip:7", "chips are 0 to 6"},
+      {"forgetful-chip:7", "chips are 0 to 6"},
+      {"missing-camera:2", "cameras are 0 to 1"},
+      {"drop-frame:32", "shots of a burst are 0 to 31"},
+      {"late-blank:50:32", "pulses of a burst are 0 to 31"},
+      {"spi-error:128", "LED frames of a burst are 0 to 127"}};
+  for (const auto& [fault, says] : wrong) {
+    expect_failure({"--inject", fault}, 2, "--inject " + fault + ": " + says);
+  }
+  for (const std::string fault : {"dead-led:1.5", "dead-led:0x1", "hot:0x10", "late-blank:1e999"}) {
+    expect_failure({"--inject", fault}, 2, "--inject " + fault + ": no such fault");
+  }
 }
 
 TEST_F(RigdInput, HelpFitsOnAScreenAndNamesEveryFaultAndVersionIsOneLine) {
@@ -120,7 +146,7 @@ TEST_F(RigdInput, CheckNamesEveryWrongKeyOfBothFilesWithItsLine) {
   const std::string errors = rigd.errors();
   for (const std::string& line :
        {wrong + ":1: unknown key 'leds.spi_mhz'; is 'leds.spi_hz' meant?\n",
-        wrong + ":3: 'camera.iso' needs one number, not 'fast'\n",
+        wrong + ":3: 'camera.iso' needs one decimal number, not 'fast'\n",
         wrong + ": missing key 'light.least_share'\n", leds + ":3: 'led.1' is at chip 9",
         leds + ":4: 'led.3' stands where 'led.2' is due"}) {
     EXPECT_NE(errors.find(line), std::string::npos) << line << "\n" << errors;
