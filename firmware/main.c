@@ -1,4 +1,5 @@
 // lamella-rigd: the rig's daemon. Exit 0 stopped, 2 bad input, 3 rig or link failed.
+#include <errno.h>
 #include <getopt.h>
 #include <pb_encode.h>
 #include <signal.h>
@@ -44,7 +45,7 @@ static const char kHelp[] =
     "  --test-frames          photographs of noise, as big as the rig file's cameras\n"
     "                         send, and read while the burst is played; no twin\n"
     "  --inject FAULT         into the simulated rig; N, M count from 0:\n" SIM_FAULT_NAMES
-    "exit: 0 stopped, 2 bad input, 3 rig or link failed\n";
+    "exit: 0 stopped (SIGTERM, SIGINT, SIGHUP), 2 bad input, 3 rig or link failed\n";
 
 static const char kSeeHelp[] = "see lamella-rigd --help";
 
@@ -70,21 +71,32 @@ static void on_signal(int number) {
   stop = 1;
 }
 
-// They are held until the serving loop has time for them (link.h): then they end its wait.
+static const int kEndings[] = {SIGTERM, SIGINT, SIGHUP};
+enum { kEndingCount = sizeof kEndings / sizeof kEndings[0] };
+
+// They are held until the serving loop has time for them (link.h): then they end its wait. One that
+// was ignored before, as by nohup, stays so.
 static void catch_signals(void) {
   const struct sigaction action = {.sa_handler = on_signal};
   sigset_t held;
   sigemptyset(&held);
-  sigaddset(&held, SIGTERM);
-  sigaddset(&held, SIGINT);
+  for (int i = 0; i < kEndingCount; i++) {
+    struct sigaction before;
+    sigaction(kEndings[i], NULL, &before);
+    if (before.sa_handler == SIG_IGN) continue;
+    sigaddset(&held, kEndings[i]);
+    sigaction(kEndings[i], &action, NULL);
+  }
   sigprocmask(SIG_BLOCK, &held, NULL);
-  sigaction(SIGTERM, &action, NULL);
-  sigaction(SIGINT, &action, NULL);
 }
 
 static bool is_asked_to_stop(void) {
   sigset_t held;
-  return sigpending(&held) == 0 && (sigismember(&held, SIGTERM) || sigismember(&held, SIGINT));
+  if (sigpending(&held) != 0) return false;
+  for (int i = 0; i < kEndingCount; i++) {
+    if (sigismember(&held, kEndings[i])) return true;
+  }
+  return false;
 }
 
 static bool parse_clock(const char* text, enum sim_clock* clock) {
@@ -353,6 +365,13 @@ static int start_panel(struct daemon* daemon, const struct arguments* arguments)
   return 0;
 }
 
+// What was asked for went to standard output, or nowhere: then 2, as with `lamella`.
+static int end_output(void) {
+  if (fflush(stdout) == 0 && !ferror(stdout)) return 0;
+  fprintf(stderr, "lamella-rigd: standard output: cannot be written: %s\n", strerror(errno));
+  return kExitBadInput;
+}
+
 // A plan that the rig would not play is written too, with the reason in it.
 static int write_plan(const struct rig* rig) {
   static lamella_v1_Plan plan;
@@ -362,9 +381,8 @@ static int write_plan(const struct rig* rig) {
   if (!pb_encode(&stream, lamella_v1_Plan_fields, &plan)) {
     return explain(LAM_HARDWARE, "the plan cannot be encoded");
   }
-  const bool whole = fwrite(bytes, 1, stream.bytes_written, stdout) == stream.bytes_written;
-  if (whole && fflush(stdout) == 0) return 0;
-  return explain(LAM_HARDWARE, "the plan cannot be written to standard output");
+  fwrite(bytes, 1, stream.bytes_written, stdout);
+  return end_output();
 }
 
 static int announce(const struct arguments* arguments) {
@@ -379,7 +397,7 @@ static int tell(const struct arguments* arguments) {
   if (!arguments->help) {
     printf("lamella-rigd %s (link protocol %d)\n", LINK_FIRMWARE_VERSION, LINK_PROTOCOL_VERSION);
   }
-  return fflush(stdout) == 0 ? 0 : kExitRigFailed;
+  return end_output();
 }
 
 int main(int argc, char** argv) {

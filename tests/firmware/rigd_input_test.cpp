@@ -81,6 +81,20 @@ TEST_F(RigdInput, AFaultOfAPartThatTheRigHasNotIsRefusedWithThoseThatItHas) {
   }
 }
 
+TEST_F(RigdInput, WhatCannotBeWrittenToStandardOutputIsExitCodeTwoAndALine) {
+  for (const std::string what :
+       {"--help", "--version", "--plan --rig " LAMELLA_BOARD_DIR "/sim.rig"}) {
+    const std::string errors = folder / "errors";
+    const int status = std::system((LAMELLA_RIGD " " + what + " >/dev/full 2>" + errors).c_str());
+    EXPECT_EQ(WEXITSTATUS(status), 2) << what;
+    std::ifstream file(errors);
+    const std::string told{std::istreambuf_iterator<char>(file), {}};
+    EXPECT_NE(told.find("lamella-rigd: standard output: cannot be written: No space"),
+              std::string::npos)
+        << told;
+  }
+}
+
 TEST_F(RigdInput, HelpFitsOnAScreenAndNamesEveryFaultAndVersionIsOneLine) {
   for (const auto& arguments : {std::vector<std::string>{"--help"}, {"--hal", "sim", "--help"}}) {
     RigProcess rigd(arguments);

@@ -203,8 +203,19 @@ TEST_F(Rigd, InjectedFaultsReachThePictures) {
   EXPECT_NEAR(unpack_first_row(bytes.data())[0], 0.75 * 24 / 30, 0.001);
 }
 
+TEST_F(Rigd, AHangUpThatWasIgnoredBeforeStaysIgnoredAsUnderNohup) {
+  const auto before = signal(SIGHUP, SIG_IGN);
+  RigProcess rigd(arguments());
+  signal(SIGHUP, before);
+  const int port = rigd.port();
+  rigd.signal(SIGHUP);
+  EXPECT_EQ(TestHost(port).ask(hello()).which_body, lamella_v1_Reply_welcome_tag);
+  rigd.signal(SIGTERM);
+  EXPECT_EQ(rigd.exit_code(), 0);
+}
+
 TEST_F(Rigd, SignalsStopItWithLightsOffEvenInTheMiddleOfABurst) {
-  for (const int number : {SIGTERM, SIGINT}) {
+  for (const int number : {SIGTERM, SIGINT, SIGHUP}) {
     FakeTwin own;
     auto all = arguments({"--clock", "real"});
     all[5] = own.path();

@@ -107,9 +107,12 @@ TEST(Supervisor, DoesNotWaitForTheMemoryOfASequencerThatIsKilled) {
   EXPECT_EQ(outcome.told, "run early off");
 }
 
-TEST(Supervisor, HandsSigtermOnToTheSequencer) {
-  const Outcome outcome = run(wait_for_signals, [](pid_t pid) { kill(pid, SIGTERM); });
-  EXPECT_EQ(outcome.exit_code, 5) << "the sequencer's own way to end";
+TEST(Supervisor, HandsOnToTheSequencerWhatIsToEndIt) {
+  for (const auto& end :
+       {+[](pid_t pid) { kill(pid, SIGTERM); }, +[](pid_t pid) { kill(pid, SIGINT); },
+        +[](pid_t pid) { kill(pid, SIGHUP); }}) {
+    EXPECT_EQ(run(wait_for_signals, end).exit_code, 5) << "the sequencer's own way to end";
+  }
 }
 
 TEST(Supervisor, IsFollowedByTheSequencerWhenItIsKilledItself) {
