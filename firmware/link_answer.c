@@ -80,9 +80,13 @@ static bool answer_burst(struct dialogue* dialogue, uint32_t id,
   return link_send(dialogue);
 }
 
-static bool answer_abort(struct dialogue* dialogue, uint32_t id) {
+// One that is asked again, as its answer was lost, is over: what runs now is something newer.
+static bool answer_abort(struct dialogue* dialogue, uint32_t id, const lamella_v1_Abort* abort) {
+  if (abort->attempt != 0 && abort->attempt == dialogue->aborted) return send_status(dialogue, id);
   const enum lam_status status = session_abort(dialogue->session);
-  return status == LAM_OK ? send_status(dialogue, id) : refuse_status(dialogue, id, status);
+  if (status != LAM_OK) return refuse_status(dialogue, id, status);
+  dialogue->aborted = abort->attempt;
+  return send_status(dialogue, id);
 }
 
 static bool may_be_asked_while_playing(pb_size_t body) {
@@ -100,7 +104,7 @@ static bool answer_request(struct dialogue* dialogue, const lamella_v1_Request* 
     case lamella_v1_Request_burst_tag:
       return answer_burst(dialogue, id, &request->body.burst);
     case lamella_v1_Request_abort_tag:
-      return answer_abort(dialogue, id);
+      return answer_abort(dialogue, id, &request->body.abort);
     case lamella_v1_Request_blob_tag:
       return link_answer_blob(dialogue, id, &request->body.blob);
     case lamella_v1_Request_ack_tag:

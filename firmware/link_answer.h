@@ -25,6 +25,7 @@ struct dialogue {
                      size_t size);
   void* context;
   bool greeted;
+  uint64_t aborted;        // Abort.attempt of the last abort that was carried out; 0: none
   lamella_v1_Reply reply;  // kept here as it is too large for a small stack
 };
 

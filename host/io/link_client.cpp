@@ -1,6 +1,7 @@
 #include "io/link_client.h"
 
 #include <algorithm>
+#include <random>
 #include <thread>
 
 #include "base/error.h"
@@ -92,7 +93,8 @@ v1::Status LinkClient::status() {
 
 v1::Status LinkClient::abort() {
   v1::Request request;
-  request.mutable_abort();
+  std::random_device chance;
+  request.mutable_abort()->set_attempt(uint64_t(chance()) << 32 | chance() | 1);
   const v1::Reply reply = asked("an abort", request);
   if (reply.has_refusal()) throw_refusal(reply);
   if (!reply.has_status()) fail("answered an abort with something else");

@@ -338,6 +338,29 @@ TEST_F(Link, AbortWhileIdleIsRefused) {
   expect_refusal(lamella_v1_Refusal_Code_WRONG_STATE, "no burst to abort");
 }
 
+TEST_F(Link, AnAbortThatIsAskedAgainIsAnsweredAsItWasAndEndsNothingNewer) {
+  greet();
+  lamella_v1_Request abort = request_of(lamella_v1_Request_abort_tag);
+  abort.body.abort.attempt = 77;
+  ASSERT_TRUE(answer(request_of(lamella_v1_Request_burst_tag)));
+  answer(abort);
+  EXPECT_EQ(replies[0].body.status.state, lamella_v1_RigState_IDLE);
+  greet();  // over another connection
+  answer(abort);
+  ASSERT_EQ(replies[0].which_body, lamella_v1_Reply_status_tag);
+  EXPECT_EQ(replies[0].body.status.state, lamella_v1_RigState_IDLE);
+  while (session_work(&session)) continue;
+  ASSERT_TRUE(answer(request_of(lamella_v1_Request_burst_tag)));
+  answer(abort);
+  EXPECT_EQ(replies[0].body.status.state, lamella_v1_RigState_ARMED);
+  abort.body.abort.attempt = 78;
+  answer(abort);
+  EXPECT_EQ(replies[0].body.status.state, lamella_v1_RigState_IDLE);
+  abort.body.abort.attempt = 79;
+  answer(abort);
+  expect_refusal(lamella_v1_Refusal_Code_WRONG_STATE, "no burst to abort");
+}
+
 TEST_F(Link, UnsafeBurstIsRefusedWithTheRuleItBreaks) {
   greet();
   rig.leds_highest_duty = 0.05;

@@ -295,6 +295,31 @@ TEST_F(Wire, ARigInFaultIsPairedWithAllTheSame) {
   EXPECT_EQ(pair(&rigd, address, "another host").fingerprint, rig_key());
 }
 
+TEST_F(Wire, AnAbortWhoseAnswerIsLostIsAskedAgainAndAnsweredAsItWas) {
+  RigUnderTest rigd({"--twin", twin.path(), "--calibration", folder / "calibration.json",
+                     "--listen", "127.0.0.1:0", "--inject", "spi-error:1"});
+  LinkOptions options;
+  options.reply_s = 5;
+  options.backoff_s = 0.01;
+  {
+    LinkClient client(rigd.address(), options);
+    EXPECT_TRUE(says(failure([&] { client.run_burst("sphere", false, true); }), "fault"));
+  }
+  RecordingProxy proxy(rigd.port());
+  size_t greeting = 0;
+  {
+    LinkClient client(proxy.address(), options);
+    EXPECT_EQ(client.status().state(), v1::FAULT);
+    greeting = proxy.from_rig().size();
+  }
+  proxy.cut_after(greeting + 1, 1);
+  LinkClient client(proxy.address(), options);
+  EXPECT_EQ(client.status().state(), v1::FAULT);
+  EXPECT_EQ(client.abort().state(), v1::IDLE);
+  EXPECT_EQ(proxy.connections(), 3);
+  EXPECT_TRUE(says(failure([&] { client.abort(); }), "there is no burst to abort"));
+}
+
 TEST_F(Wire, PairingOutlivesTheDaemon) {
   {
     RigUnderTest rigd(arguments(kHeld));
