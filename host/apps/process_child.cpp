@@ -145,8 +145,11 @@ PrivateFolder::~PrivateFolder() {
 void catch_interrupts() {
   struct sigaction action {};
   action.sa_handler = note_interrupt;
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
+  for (int number : {SIGINT, SIGTERM, SIGHUP}) {
+    struct sigaction before {};
+    sigaction(number, nullptr, &before);
+    if (before.sa_handler != SIG_IGN) sigaction(number, &action, nullptr);  // nohup stays nohup
+  }
 }
 
 bool interrupted() { return interrupted_flag != 0; }

@@ -62,7 +62,8 @@ class PrivateFolder {
   fs::path path_;
 };
 
-// From now on SIGINT and SIGTERM only set a flag, so that what was begun is cleaned up.
+// From now on SIGINT, SIGTERM and SIGHUP, unless ignored before, only set a flag, so that what was
+// begun is cleaned up.
 void catch_interrupts();
 bool interrupted();
 

@@ -6,6 +6,7 @@
 #include <csignal>
 #include <fstream>
 
+#include "apps/process_child.h"
 #include "apps/process_interrupt.h"
 #include "io/fake_session.h"
 #include "io/whole_file.h"
@@ -52,6 +53,28 @@ TEST(Interrupt, IsIgnoredWhereItWasIgnoredBefore) {
   int status = 0;
   waitpid(child, &status, 0);
   EXPECT_TRUE(WIFEXITED(status));
+}
+
+// What a command that waits for a rig knows of a signal that it was sent: 1 noted, 0 not; -1 where
+// it was ended by it.
+int noted(int signal_number, sighandler_t before) {
+  const pid_t child = fork();
+  if (child == 0) {
+    std::signal(signal_number, before);
+    catch_interrupts();
+    kill(getpid(), signal_number);
+    _exit(interrupted());
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+TEST(Interrupt, OfACommandThatWaitsForARigIsNotedUnlessItWasIgnoredBefore) {
+  for (int signal_number : {SIGINT, SIGTERM, SIGHUP}) {
+    EXPECT_EQ(noted(signal_number, SIG_DFL), 1) << signal_number;
+    EXPECT_EQ(noted(signal_number, SIG_IGN), 0) << signal_number;
+  }
 }
 
 }  // namespace
