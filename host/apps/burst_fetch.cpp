@@ -54,6 +54,20 @@ fs::path place_for(const fs::path& out, const v1::HeldBurst& held,
   }
 }
 
+void receive_into(WholeFolder* folder, BurstSource* source, const Burst& burst,
+                  FetchedBurst* fetched) {
+  const std::string title = fmt::format("burst {}", burst.id);
+  Progress progress(title.c_str(), int(burst.frame_count));
+  const Reception reception =
+      receive_session(source, burst, *folder, [&](int n) { progress.advance(n); });
+  write_whole_text(folder->path() / kNote, note_of(fetched->held, reception.offers));
+  fetched->offers = reception.offers;
+  fetched->marked = burst.marked || !reception.marked.empty();
+  fetched->unfit = reception.unfit;
+  fetched->warnings = reception.warnings;
+  folder->commit();
+}
+
 }  // namespace
 
 FetchedBurst fetch_burst(BurstSource* source, const v1::HeldBurst& held, const fs::path& out) {
@@ -66,15 +80,7 @@ FetchedBurst fetch_burst(BurstSource* source, const v1::HeldBurst& held, const f
   fetched.was_there = fs::exists(fetched.folder);
   if (fetched.was_there) return fetched;
   WholeFolder folder(fetched.folder);
-  const std::string title = fmt::format("burst {}", held.burst_id());
-  Progress progress(title.c_str(), int(held.frames_held()));
-  const Reception reception =
-      receive_session(source, burst, folder.path(), [&](int n) { progress.advance(n); });
-  write_whole_text(folder.path() / kNote, note_of(held, reception.offers));
-  fetched.offers = reception.offers;
-  fetched.marked = burst.marked || !reception.marked.empty();
-  fetched.unfit = reception.unfit;
-  folder.commit();
+  folder.blame_place([&] { receive_into(&folder, source, burst, &fetched); });
   sync_to_disk(fetched.folder);
   return fetched;
 }

@@ -15,7 +15,8 @@ struct FetchedBurst {
   bool was_there = false;  // an earlier run had brought it and was cut off before it said so
   bool marked = false;     // a photograph is bad or missing, and was not retaken
   std::string unfit;       // why it cannot be fitted; empty: it can, or was there
-  std::string failed;      // why it could not be fetched; empty: it could
+  std::vector<std::string> warnings;
+  std::string failed;  // why it could not be fetched; empty: it could
   std::vector<v1::FrameOffer> offers;
 };
 

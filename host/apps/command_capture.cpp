@@ -71,6 +71,7 @@ void print_report(const Options& options, const Burst& burst, const Reception& r
                                          {"marked", reception.marked},
                                          {"shortfall", burst.shortfall},
                                          {"unfit", reception.unfit},
+                                         {"warnings", reception.warnings},
                                          {"retaken", reception.retaken},
                                          {"verdict", burst.verdict},
                                          {"transfer_s", reception.transfer_s},
@@ -103,16 +104,14 @@ void print_table(const Options& options, const Burst& burst, const Reception& re
 void add_regions_of_truth(const fs::path& folder, v1::Session* manifest) {
   const fs::path labels = folder / "truth" / "regions.png";
   if (!fs::exists(labels)) return;
-  if (!manifest->has_regions()) {
-    manifest->mutable_regions()->set_file("regions.png");
-    manifest->mutable_regions()->add_names("background");
-    const v1::Layers layers = read_layers(folder / "truth" / "layers.json");
-    for (const v1::Region& region : layers.regions()) {
-      manifest->mutable_regions()->add_names(region.name());
-    }
-    write_json(folder / "session.json", *manifest);
+  manifest->mutable_regions()->set_file("regions.png");
+  manifest->mutable_regions()->add_names("background");
+  const v1::Layers layers = read_layers(folder / "truth" / "layers.json");
+  for (const v1::Region& region : layers.regions()) {
+    manifest->mutable_regions()->add_names(region.name());
   }
-  fs::copy_file(labels, folder / manifest->regions().file());
+  write_json(folder / "session.json", *manifest);
+  fs::copy_file(labels, folder / "regions.png");
 }
 
 LinkOptions link_options(const Options& options) {
@@ -138,7 +137,10 @@ int capture_from(const std::string& address, const Options& options, WholeFolder
   Reception reception;
   {
     Progress progress("photographs", int(burst.frame_count));
-    reception = receive_session(&rig, burst, folder->path(), [&](int n) { progress.advance(n); });
+    reception = receive_session(&rig, burst, *folder, [&](int n) { progress.advance(n); });
+  }
+  for (const std::string& warning : reception.warnings) {
+    fmt::print(stderr, "lamella: warning: {}\n", one_line(warning));
   }
   add_regions_of_truth(folder->path(), &reception.manifest);
   folder->commit();
@@ -172,8 +174,12 @@ int capture(const Options& options) {
   if (options.rig == "sim") require_simulated_rig(options.simulated);
   catch_interrupts();
   WholeFolder folder(options.out, "session.json");
-  if (options.rig == "sim") return capture_simulated(options, &folder);
-  return capture_from(options.rig, options, &folder);
+  int exit_code = 0;
+  folder.blame_place([&] {
+    exit_code = options.rig == "sim" ? capture_simulated(options, &folder)
+                                     : capture_from(options.rig, options, &folder);
+  });
+  return exit_code;
 }
 
 }  // namespace

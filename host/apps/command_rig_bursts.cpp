@@ -86,6 +86,9 @@ nlohmann::ordered_json fetched_json(const FetchedBurst& fetched) {
   json["session"] = printable(fetched.folder.string());
   json["was_there"] = fetched.was_there;
   json["marked"] = fetched.marked;
+  json["warnings"] = nlohmann::ordered_json::array();
+  for (const std::string& warning : fetched.warnings)
+    json["warnings"].push_back(printable(warning));
   json["unfit"] = printable(fetched.unfit);
   json["failed"] = printable(fetched.failed);
   return json;
@@ -106,6 +109,9 @@ void forget_on_rig(LinkClient* rig, const FetchedBurst& fetched) {
 }
 
 void complain(const FetchedBurst& fetched) {
+  for (const std::string& warning : fetched.warnings) {
+    fmt::print(stderr, "lamella: warning: {}\n", one_line(warning));
+  }
   if (fetched.failed.empty()) return;
   fmt::print(stderr, "lamella: burst {} was not fetched and stays where it is: {}\n",
              fetched.held.burst_id(), fetched.failed);

@@ -12,6 +12,7 @@ class ResumedSource : public BurstSource {
  public:
   ResumedSource(LinkClient* rig, fs::path folder) : rig_(rig), folder_(std::move(folder)) {}
 
+  std::string name() const override { return rig_->name(); }
   const v1::Welcome* answering() const override { return rig_->answering(); }
   std::vector<v1::HeldBurst> held() override { return rig_->held(); }
   std::string calibration(const Burst& burst) override { return rig_->calibration(burst); }

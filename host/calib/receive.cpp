@@ -26,6 +26,11 @@ namespace {
 
 constexpr int kFramesInFlight = 6;  // received and not yet on disk: bounds the memory
 
+// What a burst of a rig is called in messages.
+std::string name_of(const BurstSource& rig, const Burst& burst) {
+  return rig.name() + ": burst " + std::to_string(burst.id);
+}
+
 [[noreturn]] void reject(const std::string& what, const std::string& problem) {
   throw Error(Fault::kRig, what, problem, "this rig and this host do not fit together");
 }
@@ -37,11 +42,11 @@ std::string lower(std::string text) {
 
 // The rig's words in a message of ours are checked like any file, but are the rig's fault.
 template <class Check>
-void blame_rig(const Check& check) {
+void blame_rig(const std::string& name, const Check& check) {
   try {
     check();
   } catch (const Error& e) {
-    throw Error(Fault::kRig, "rig", e.what());
+    throw Error(Fault::kRig, name, e.what());
   }
 }
 
@@ -50,7 +55,7 @@ using Cameras = std::map<std::string, Camera>;
 v1::Session read_calibration(BurstSource* rig, const Burst& burst, Cameras* cameras) {
   const std::string text = rig->calibration(burst);
   v1::Session manifest;
-  blame_rig([&] {
+  blame_rig(name_of(*rig, burst), [&] {
     parse_json(text, "its calibration", &manifest);
     for (int i = 0; i < manifest.rig().cameras_size(); ++i) {
       const std::string at = "its calibration: rig.cameras[" + std::to_string(i) + "]";
@@ -65,9 +70,9 @@ v1::Session read_calibration(BurstSource* rig, const Burst& burst, Cameras* came
   return manifest;
 }
 
-// The camera that took what is offered.
-const Camera& check_offer(const v1::FrameOffer& offer, const Cameras& cameras) {
-  const std::string what = "rig: " + describe(offer);
+// The camera that took what is offered. `what` is the offer's name.
+const Camera& check_offer(const std::string& what, const v1::FrameOffer& offer,
+                          const Cameras& cameras) {
   const v1::Frame& frame = offer.frame();
   const auto camera = cameras.find(frame.camera());
   if (camera == cameras.end()) reject(what, "no such camera in its calibration");
@@ -143,28 +148,40 @@ class DarkRoom {
   std::exception_ptr failure_;
 };
 
-void receive_photographs(BurstSource* rig, const fs::path& folder, const Cameras& cameras,
+// The camera of every photograph offered.
+std::vector<Camera> check_offers(const std::string& name, const Cameras& cameras,
+                                 const std::vector<v1::FrameOffer>& offers) {
+  std::vector<Camera> of_offers;
+  for (const v1::FrameOffer& offer : offers) {
+    of_offers.push_back(check_offer(name + ": " + describe(offer), offer, cameras));
+  }
+  return of_offers;
+}
+
+void receive_photographs(BurstSource* rig, const fs::path& folder,
+                         const std::vector<Camera>& cameras,
                          const std::function<void(int)>& progress, Reception* reception) {
-  for (const v1::FrameOffer& offer : reception->offers) check_offer(offer, cameras);
   DarkRoom dark_room(folder);
   const Stopwatch watch;
   for (size_t i = 0; i < reception->offers.size(); ++i) {
     const v1::FrameOffer& offer = reception->offers[i];
     std::vector<uint8_t> bytes = rig->photograph(offer);
     reception->raw_bytes += bytes.size();
-    dark_room.add(offer, check_offer(offer, cameras), std::move(bytes));
+    dark_room.add(offer, cameras[i], std::move(bytes));
     progress(int(i) + 1);
   }
   dark_room.finish();
   reception->transfer_s = watch.seconds();
 }
 
-void add_frames(Reception* reception) {
+void add_frames(const std::string& name, Reception* reception) {
   std::vector<v1::Frame> frames;
   std::set<std::string> files;
   for (const v1::FrameOffer& offer : reception->offers) {
     frames.push_back(developed_frame(offer.frame()));
-    if (!files.insert(frames.back().file()).second) reject("rig: " + describe(offer), "sent twice");
+    if (!files.insert(frames.back().file()).second) {
+      reject(name + ": " + describe(offer), "sent twice");
+    }
     if (offer.frame().has_replaced_by()) {
       reception->retaken.push_back(describe(offer));
     } else if (offer.marked()) {
@@ -180,6 +197,14 @@ void add_frames(Reception* reception) {
   for (const v1::Frame& frame : frames) {
     *(frame.has_replaced_by() ? manifest->add_retaken() : manifest->add_frames()) = frame;
   }
+}
+
+void drop_regions(const std::string& name, Reception* reception) {
+  if (!reception->manifest.has_regions()) return;
+  reception->warnings.push_back(name + ": its calibration names regions (" +
+                                reception->manifest.regions().file() +
+                                "), of which a rig sends no picture: left out of the session");
+  reception->manifest.clear_regions();
 }
 
 // Why a session of photographs that did arrive cannot be fitted; "" where it can.
@@ -206,28 +231,32 @@ std::string frame_file(const v1::Frame& frame) {
   return "frames/retaken/" + frame.camera() + "/" + name + ".exr";
 }
 
-Reception receive_session(BurstSource* rig, const Burst& burst, const fs::path& folder,
+Reception receive_session(BurstSource* rig, const Burst& burst, const WholeFolder& folder,
                           const std::function<void(int)>& progress) {
+  const std::string name = name_of(*rig, burst);
   Reception reception;
   Cameras cameras;
   reception.manifest = read_calibration(rig, burst, &cameras);
   reception.manifest.set_flashing_confirmed(burst.flashing_confirmed);
   reception.manifest.set_shortfall(burst.shortfall);
+  drop_regions(name, &reception);
   if (const v1::Welcome* welcome = rig->answering()) {
-    require_shown_patterns(*welcome, reception.manifest);
+    blame_rig(name, [&] { require_shown_patterns(*welcome, reception.manifest); });
   }
   reception.offers = rig->offers(burst);
   if (burst.shortfall.empty() && reception.offers.size() != burst.frame_count) {
-    reject("rig", "offers " + std::to_string(reception.offers.size()) + " of its " +
-                      std::to_string(burst.frame_count) + " photographs");
+    reject(name, "offers " + std::to_string(reception.offers.size()) + " of its " +
+                     std::to_string(burst.frame_count) + " photographs");
   }
-  add_frames(&reception);
-  receive_photographs(rig, folder, cameras, progress, &reception);
+  add_frames(name, &reception);
+  receive_photographs(rig, folder.path(), check_offers(name, cameras, reception.offers), progress,
+                      &reception);
   reception.timing = rig->timing(burst);
-  write_json(folder / "timing.json", reception.timing, Defaults::kWritten);
-  write_json(folder / "session.json", reception.manifest);
-  reception.unfit = unfit_for(folder);
-  if (burst.shortfall.empty() && !reception.unfit.empty()) reject("rig", reception.unfit);
+  write_json(folder.path() / "timing.json", reception.timing, Defaults::kWritten);
+  write_json(folder.path() / "session.json", reception.manifest);
+  const std::string unfit = unfit_for(folder.path());
+  if (burst.shortfall.empty() && !unfit.empty()) reject(name, folder.inside(unfit));
+  reception.unfit = folder.in_place(unfit);
   return reception;
 }
 

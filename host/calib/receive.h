@@ -7,6 +7,7 @@
 
 #include "io/exr.h"
 #include "io/link_client.h"
+#include "io/whole_file.h"
 #include "session.pb.h"
 
 namespace lamella {
@@ -20,13 +21,16 @@ struct Reception {
   std::vector<std::string> marked;   // photographs to be taken again, in words
   std::vector<std::string> retaken;  // photographs that the rig took again itself
   std::string unfit;                 // why it cannot be fitted; empty: it can
+  std::vector<std::string> warnings;
 };
 
 // Fetches every photograph of the burst and writes frames/, timing.json and session.json into
-// `folder`. Photographs are developed and written while the next ones arrive; `progress(done)` is
-// called after each has arrived. What the rig sends is checked against its own calibration; where
-// it disagrees, or lacks what the burst does not say that it lacks, an Error (kRig) says so.
-Reception receive_session(BurstSource* rig, const Burst& burst, const fs::path& folder,
+// `folder`, which is the caller's to commit. Photographs are developed and written while the next
+// ones arrive; `progress(done)` is called after each has arrived. What the rig sends is checked
+// against its own calibration; where it disagrees, or lacks what the burst does not say that it
+// lacks, an Error (kRig) that names rig and burst says so. Regions are a picture of a subject,
+// which no rig sends: where its calibration names some they are left out, with a warning.
+Reception receive_session(BurstSource* rig, const Burst& burst, const WholeFolder& folder,
                           const std::function<void(int)>& progress);
 
 // The rig may forget all of them. Only after the session is in its place.

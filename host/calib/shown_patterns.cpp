@@ -20,7 +20,7 @@ constexpr const char* kRepair =
     "make firmware rig file (pattern.*, projector.*) and calibration say the same";
 
 [[noreturn]] void reject(const std::string& problem) {
-  throw Error(Fault::kRig, "rig", problem, kRepair);
+  throw Error(Fault::kRig, "", problem, kRepair);
 }
 
 void compare(const std::string& name, double shown, double calibrated) {

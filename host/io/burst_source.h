@@ -26,6 +26,9 @@ class BurstSource {
  public:
   virtual ~BurstSource() = default;
 
+  // As messages name it: "rig 10.0.0.7:7391", or the folder.
+  virtual std::string name() const = 0;
+
   // What the rig says of itself; nullptr where only its disk is there.
   virtual const v1::Welcome* answering() const { return nullptr; }
 

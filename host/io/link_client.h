@@ -34,6 +34,7 @@ class LinkClient : public BurstSource {
   // name that nobody knows too.
   explicit LinkClient(std::string address, LinkOptions options = {});
 
+  std::string name() const override { return "rig " + address_; }
   const v1::Welcome& welcome() const { return welcome_; }
   const v1::Welcome* answering() const override { return &welcome_; }
 

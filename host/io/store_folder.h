@@ -17,6 +17,7 @@ class StoreFolder : public BurstSource {
   // Throws Error (kBadInput) where there is no such folder, or it holds nothing that a rig wrote.
   explicit StoreFolder(std::filesystem::path folder);
 
+  std::string name() const override { return folder_.string(); }
   std::vector<v1::HeldBurst> held() override;
   std::string calibration(const Burst& burst) override;
   std::vector<v1::FrameOffer> offers(const Burst& burst) override;

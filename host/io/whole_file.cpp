@@ -78,6 +78,14 @@ void forget_output(const fs::path& temporary) {
                   "check the folder and the space on its disk");
 }
 
+std::string with_other_name(std::string message, const std::string& name,
+                            const std::string& other) {
+  for (size_t at = 0; (at = message.find(name, at)) != std::string::npos; at += other.size()) {
+    message.replace(at, name.size(), other);
+  }
+  return message;
+}
+
 // A folder may only be replaced by one of its own kind.
 void require_replaceable(const fs::path& place, const std::string& marker) {
   if (!fs::exists(place)) return;
@@ -179,6 +187,22 @@ void WholeFolder::commit() {
   committed_ = true;
   forget_output(temporary_);
   if (replaces) fs::remove_all(old, failed);
+}
+
+std::string WholeFolder::in_place(const std::string& message) const {
+  return with_other_name(message, temporary_.string(), place_.string());
+}
+
+std::string WholeFolder::inside(const std::string& message) const {
+  return with_other_name(message, temporary_.string() + "/", "");
+}
+
+void WholeFolder::blame_place(const std::function<void()>& fill) const {
+  try {
+    fill();
+  } catch (const Error& e) {
+    throw Error(e.fault(), "", in_place(e.what()));
+  }
 }
 
 void sync_to_disk(const fs::path& path) {

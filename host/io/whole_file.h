@@ -28,6 +28,14 @@ class WholeFolder {
   const fs::path& path() const { return temporary_; }
   void commit();
 
+  // A message about files in `path()`, which nobody finds there later: by their names in `place`,
+  // or, where nothing comes of that, by those within the folder.
+  std::string in_place(const std::string& message) const;
+  std::string inside(const std::string& message) const;
+
+  // Calls `fill()`; an Error from it that names `path()` names `place` instead.
+  void blame_place(const std::function<void()>& fill) const;
+
  private:
   fs::path place_;
   fs::path temporary_;

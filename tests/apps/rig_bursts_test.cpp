@@ -170,6 +170,65 @@ TEST_F(RigBursts, SyncOfABurstThatTheRigMarkedKeepsWhatThereIsAndSaysThatItCanno
   EXPECT_FALSE(rig.holds_burst());
 }
 
+// The calibration of load_burst() with regions, of which a rig has no picture.
+std::string calibration_with_regions() {
+  v1::Session calibration = testing::fake_calibration(testing::kFakeSize);
+  calibration.mutable_regions()->set_file("regions.png");
+  calibration.mutable_regions()->add_names("background");
+  calibration.mutable_regions()->add_names("skin");
+  return to_json(calibration);
+}
+
+TEST_F(RigBursts, RegionsInACalibrationAreLeftOutWithAWarningByCaptureAndBySync) {
+  for (const bool is_sync : {false, true}) {
+    SCOPED_TRACE(is_sync ? "sync" : "capture");
+    FakeRig rig;
+    load_burst(&rig, testing::kFakeSize);
+    rig.set_calibration(calibration_with_regions());
+    rig.hold(whole());
+    const fs::path session = is_sync ? out / "burst-000042" : out / "captured";
+    const Outcome outcome =
+        is_sync ? sync(rig)
+                : run_lamella({"capture", "--rig", rig.address(), "--out", session.string()});
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_NE(outcome.err.find("warning: rig " + rig.address() +
+                               ": burst 42: its calibration names regions (regions.png)"),
+              std::string::npos)
+        << outcome.err;
+    ASSERT_TRUE(fs::exists(session / "session.json"));
+    EXPECT_TRUE(read_session(session).regions_file.empty());
+  }
+}
+
+TEST_F(RigBursts, WhatCannotBeFittedIsNamedByItsPlaceAndNotByTheFolderItWasMadeIn) {
+  FakeRigFaults faults;
+  faults.lacks = true;
+  FakeRig rig(faults);
+  load_burst(&rig, testing::kFakeSize, {v1::Frame::DOTS});
+  rig.hold(whole());
+  const auto report = nlohmann::json::parse(sync(rig).out)["bursts"][0];
+  const fs::path manifest = out / "burst-000042" / "session.json";
+  EXPECT_EQ(report["unfit"].get<std::string>().find(manifest.string()), 0u) << report["unfit"];
+}
+
+TEST_F(RigBursts, ABurstThatIsRefusedNamesItsRigAndItsNumberAndNoFolderThatIsGone) {
+  for (const bool is_sync : {false, true}) {
+    SCOPED_TRACE(is_sync ? "sync" : "capture");
+    FakeRig rig;
+    load_burst(&rig, testing::kFakeSize, {v1::Frame::DOTS});
+    rig.hold(whole());
+    const Outcome outcome =
+        is_sync ? sync(rig)
+                : run_lamella({"capture", "--rig", rig.address(), "--out", (out / "s").string()});
+    EXPECT_EQ(outcome.exit_code, 3);
+    EXPECT_NE(outcome.err.find("rig " + rig.address() +
+                               ": burst 42: session.json: frames: no DOTS CROSS of the left"),
+              std::string::npos)
+        << outcome.err;
+    EXPECT_EQ(outcome.err.find(".part-"), std::string::npos) << outcome.err;
+  }
+}
+
 TEST_F(RigBursts, SyncOfAPartialBurstKeepsWhatIsWholeWithTheReasonAndSaysSo) {
   FakeRig rig;
   load_burst(&rig, testing::kFakeSize, {v1::Frame::DOTS});

@@ -34,7 +34,7 @@ class Receive : public ::testing::Test {
   Reception receive(const FakeRig& rig) {
     LinkClient client(rig.address(), quick());
     const Burst burst = client.run_burst("fake");
-    return receive_session(&client, burst, folder_.path(), [](int) {});
+    return receive_session(&client, burst, folder_, [](int) {});
   }
 
   std::string failure(const FakeRig& rig) {
@@ -154,6 +154,30 @@ TEST_F(Receive, RefusesACalibrationOfOtherPatternsThanTheRigShows) {
   rig.set_calibration(to_json(calibration));
   EXPECT_NE(failure(rig).find("shows patterns.stripes.period_px 8, its calibration says 16"),
             std::string::npos);
+}
+
+TEST_F(Receive, NamesTheRigAndTheBurstInEveryRefusal) {
+  const auto named = [](const FakeRig& rig) { return "rig " + rig.address() + ": burst 42: "; };
+  FakeRig sends_twice;
+  load_burst(&sends_twice, kSize);
+  testing::FakePhotograph twice = testing::fake_photograph(99, kSize);
+  twice.offer.mutable_frame()->set_step(18);
+  twice.offer.mutable_frame()->set_index(2);
+  sends_twice.add(twice);
+  FakeRig of_another_size;
+  load_burst(&of_another_size, kSize);
+  of_another_size.add(testing::fake_photograph(99, {25, 32}));
+  FakeRig without_json, of_other_patterns;
+  load_burst(&without_json, kSize);
+  without_json.set_calibration("{");
+  load_burst(&of_other_patterns, kSize);
+  v1::Session calibration = testing::fake_calibration(kSize);
+  calibration.mutable_patterns()->mutable_stripes()->set_period_px(16);
+  of_other_patterns.set_calibration(to_json(calibration));
+  for (const FakeRig* rig : {&sends_twice, &of_another_size, &without_json, &of_other_patterns}) {
+    const std::string line = failure(*rig);
+    EXPECT_EQ(line.find(named(*rig)), 0u) << line;
+  }
 }
 
 TEST_F(Receive, BlamesTheRigForACalibrationThatIsNotJson) {

@@ -107,9 +107,8 @@ void recover(const fs::path& place) {
   for (const v1::HeldBurst& held : folder.held()) {
     if (held.whole() != held.why().empty()) std::abort();
     const fs::path session = place / "session";
-    fs::remove_all(session);
-    fs::create_directories(session);
-    receive_session(&folder, burst_of(&folder, held), session, [](int) {});
+    const WholeFolder received(session);
+    receive_session(&folder, burst_of(&folder, held), received, [](int) {});
   }
 }
 
