@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "apps/counted.h"
 #include "base/error.h"
 #include "base/progress.h"
 
@@ -96,6 +97,14 @@ FetchedBurst try_to_fetch(BurstSource* source, const v1::HeldBurst& held, const 
     fetched.failed = error.what();
   }
   return fetched;
+}
+
+void clear_unfinished(const fs::path& folder) {
+  const int count = remove_abandoned(folder);
+  if (count == 0) return;
+  fmt::print(stderr, "lamella: {}: removed {} that a run that was killed had left there\n",
+             folder.empty() ? "." : folder.string(),
+             counted(uint64_t(count), "unfinished session"));
 }
 
 }  // namespace lamella::apps

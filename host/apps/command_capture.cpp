@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "apps/burst_fetch.h"
 #include "apps/commands.h"
 #include "apps/process_rig.h"
 #include "apps/report.h"
@@ -173,6 +174,7 @@ int capture(const Options& options) {
   }
   if (options.rig == "sim") require_simulated_rig(options.simulated);
   catch_interrupts();
+  clear_unfinished(options.out.parent_path());
   WholeFolder folder(options.out, "session.json");
   int exit_code = 0;
   folder.blame_place([&] {

@@ -131,6 +131,7 @@ void tend_to_each(BurstSource* source, const std::function<void(const v1::HeldBu
 
 int run_sync(const Arguments& args) {
   catch_interrupts();
+  clear_unfinished(args.out);
   LinkClient rig(args.rig, link_options(args.rig));
   ResumedSource source(&rig, args.out / ".fetching");
   nlohmann::ordered_json bursts = nlohmann::ordered_json::array();
@@ -164,6 +165,7 @@ std::unique_ptr<BurstSource> source_of(const Arguments& args) {
 int run_recover(const Arguments& args) {
   catch_interrupts();
   const std::unique_ptr<BurstSource> source = source_of(args);
+  if (!args.out.empty()) clear_unfinished(args.out);
   nlohmann::ordered_json bursts = nlohmann::ordered_json::array();
   int partial = 0, whole = 0, exit_code = 0;
   const auto explain = [&](const v1::HeldBurst& held) {

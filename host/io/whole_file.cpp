@@ -1,12 +1,16 @@
 #include "io/whole_file.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include <atomic>
+#include <cerrno>
+#include <csignal>
 #include <fstream>
 #include <iterator>
 #include <mutex>
+#include <regex>
 #include <vector>
 
 #include "base/error.h"
@@ -19,13 +23,48 @@ fs::path without_slash(const fs::path& path) {
   return path.has_filename() ? path : path.parent_path();
 }
 
-fs::path beside(const fs::path& path) {
+constexpr const char* kUnderWay = "part";
+constexpr const char* kReplaced = "old";
+constexpr const char* kLock = ".lock";  // in a folder that is under way
+
+// ".session.part-1234-0"; remove_abandoned() knows them by it.
+fs::path beside(const fs::path& path, const char* kind) {
   static std::atomic<int> count{0};
   const fs::path clean = without_slash(path);
   std::string name = ".";
-  name += clean.filename().string() + ".part-" + std::to_string(getpid()) + "-" +
+  name += clean.filename().string() + "." + kind + "-" + std::to_string(getpid()) + "-" +
           std::to_string(count++);
   return clean.parent_path() / name;
+}
+
+// Not every file system has locks: then nothing in it counts as abandoned.
+int lock_folder(const fs::path& folder) {
+  const int fd = open((folder / kLock).c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+  if (fd >= 0) flock(fd, LOCK_EX | LOCK_NB);
+  return fd;
+}
+
+// One of our own number was another process, in another container or before us: the lock tells.
+bool is_running(pid_t pid) { return pid != getpid() && (kill(pid, 0) == 0 || errno != ESRCH); }
+
+bool is_locked(const fs::path& folder) {
+  const int fd = open((folder / kLock).c_str(), O_RDWR | O_CLOEXEC);
+  if (fd < 0) return errno != ENOENT;
+  const bool locked = flock(fd, LOCK_EX | LOCK_NB) != 0;
+  close(fd);
+  return locked;
+}
+
+bool is_abandoned(const fs::directory_entry& entry) {
+  static const std::regex names("\\.(.+)\\.(part|old)-([0-9]{1,9})-[0-9]{1,9}");
+  const std::string name = entry.path().filename().string();
+  std::smatch part;
+  if (!std::regex_match(name, part, names)) return false;
+  if (entry.symlink_status().type() != fs::file_type::directory) return false;
+  // What is to be replaced is all there is until the new one is in its place.
+  const fs::path place = entry.path().parent_path() / part[1].str();
+  if (part[2] == kReplaced && !fs::exists(place)) return false;
+  return !is_running(pid_t(std::stol(part[3]))) && !is_locked(entry.path());
 }
 
 // Makes `folder` and those above it; returns the outermost that was not there, or nothing.
@@ -120,7 +159,7 @@ void abandon_outputs() {
 
 void write_whole_file(const fs::path& path, const std::function<void(const fs::path&)>& write) {
   require_file_place(path);
-  const fs::path temporary = beside(path);
+  const fs::path temporary = beside(path, kUnderWay);
   fs::path first_made;
   try {
     first_made = begin_output(temporary, path.parent_path());
@@ -149,12 +188,13 @@ void write_whole_text(const fs::path& path, const std::string& text) {
 }
 
 WholeFolder::WholeFolder(fs::path place, const std::string& marker)
-    : place_(without_slash(place)), temporary_(beside(place_)) {
+    : place_(without_slash(place)), temporary_(beside(place_, kUnderWay)) {
   if (place_.empty()) throw_bad_input("\"\"", "is no name of a folder");
   require_replaceable(place_, marker);
   try {
     first_made_ = begin_output(temporary_, place_.parent_path());
     fs::create_directory(temporary_);
+    lock_ = lock_folder(temporary_);
   } catch (const std::exception& e) {
     const std::lock_guard lock(outputs_lock());
     forget_output(temporary_);
@@ -164,6 +204,7 @@ WholeFolder::WholeFolder(fs::path place, const std::string& marker)
 }
 
 WholeFolder::~WholeFolder() {
+  if (lock_ >= 0) close(lock_);
   if (committed_) return;
   const std::lock_guard lock(outputs_lock());
   forget_output(temporary_);
@@ -175,7 +216,7 @@ WholeFolder::~WholeFolder() {
 void WholeFolder::commit() {
   const std::lock_guard lock(outputs_lock());
   std::error_code failed;
-  const fs::path old = beside(place_);
+  const fs::path old = beside(place_, kReplaced);
   const bool replaces = fs::exists(place_);
   if (replaces) fs::rename(place_, old, failed);
   if (!failed) fs::rename(temporary_, place_, failed);
@@ -185,6 +226,7 @@ void WholeFolder::commit() {
     throw_bad_input(place_.string(), "cannot be replaced (" + failed.message() + ")");
   }
   committed_ = true;
+  fs::remove(place_ / kLock, failed);
   forget_output(temporary_);
   if (replaces) fs::remove_all(old, failed);
 }
@@ -203,6 +245,20 @@ void WholeFolder::blame_place(const std::function<void()>& fill) const {
   } catch (const Error& e) {
     throw Error(e.fault(), "", in_place(e.what()));
   }
+}
+
+int remove_abandoned(const fs::path& folder) {
+  std::error_code failed;
+  std::vector<fs::path> abandoned;
+  for (const auto& entry : fs::directory_iterator(folder.empty() ? "." : folder, failed)) {
+    if (is_abandoned(entry)) abandoned.push_back(entry.path());
+  }
+  int count = 0;
+  for (const fs::path& path : abandoned) {
+    fs::remove_all(path, failed);
+    if (!failed) ++count;
+  }
+  return count;
 }
 
 void sync_to_disk(const fs::path& path) {

@@ -40,6 +40,7 @@ class WholeFolder {
   fs::path place_;
   fs::path temporary_;
   fs::path first_made_;  // outermost folder that had to be made for `place`; empty: none
+  int lock_ = -1;        // tells other processes, on other computers too, that it is being filled
   bool committed_ = false;
 };
 
@@ -50,6 +51,10 @@ void require_file_place(const fs::path& path);
 // Removes every output that is begun and not yet in its place. Whoever writes one waits from then
 // on for ever: for a program that is about to end, on ^C, and leaves nothing half-written.
 void abandon_outputs();
+
+// Removes from `folder` what a WholeFolder had begun there and a process that was killed left
+// behind; returns how many that were. Only what has the name of one, nobody's lock, and no process.
+int remove_abandoned(const fs::path& folder);
 
 // Returns when what was written to the disk that holds `path` is really on it.
 void sync_to_disk(const fs::path& path);

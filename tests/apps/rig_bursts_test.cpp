@@ -1,5 +1,7 @@
 // lamella rig sync and lamella rig recover, run as a user runs them.
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -227,6 +229,44 @@ TEST_F(RigBursts, ABurstThatIsRefusedNamesItsRigAndItsNumberAndNoFolderThatIsGon
         << outcome.err;
     EXPECT_EQ(outcome.err.find(".part-"), std::string::npos) << outcome.err;
   }
+}
+
+// What a run that was killed in the middle of `place` leaves.
+fs::path killed_run_of(const fs::path& place) {
+  fs::create_directories(place.parent_path());
+  const pid_t gone = fork();
+  if (gone == 0) _exit(0);
+  waitpid(gone, nullptr, 0);
+  const std::string name = "." + place.filename().string() + ".part-" + std::to_string(gone) + "-0";
+  fs::create_directories(place.parent_path() / name / "frames");
+  return place.parent_path() / name;
+}
+
+TEST_F(RigBursts, WhatAKilledRunLeftIsRemovedByTheNextAndWhatItHadFetchedIsNot) {
+  FakeRig rig(cut_for_good());
+  load_burst(&rig, testing::kFakeSize);
+  rig.hold(whole());
+  EXPECT_THROW(fetch(rig), Error);
+  const fs::path left = killed_run_of(out / "burst-000042");
+  const Outcome outcome = sync(rig);
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find("removed 1 unfinished session that a run that was killed"),
+            std::string::npos)
+      << outcome.err;
+  EXPECT_FALSE(fs::exists(left));
+  EXPECT_EQ(rig.offsets(4).size(), 1u);
+  EXPECT_EQ(rig.offsets(5).back(), 700u);
+  EXPECT_EQ(sync(rig).err, "");
+}
+
+TEST_F(RigBursts, CaptureRemovesWhatAKilledCaptureLeftThere) {
+  FakeRig rig;
+  load_burst(&rig, testing::kFakeSize);
+  const fs::path left = killed_run_of(out / "first");
+  const Outcome outcome =
+      run_lamella({"capture", "--rig", rig.address(), "--out", (out / "second/").string()});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_FALSE(fs::exists(left));
 }
 
 TEST_F(RigBursts, SyncOfAPartialBurstKeepsWhatIsWholeWithTheReasonAndSaysSo) {

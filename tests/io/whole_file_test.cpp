@@ -1,7 +1,10 @@
 #include "io/whole_file.h"
 
 #include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <csignal>
 #include <fstream>
 
 #include "io/expect_error.h"
@@ -114,6 +117,60 @@ TEST(WholeFolder, NeverReplacesAFolderOfAnotherKind) {
       complaint([&] { WholeFolder folder(scratch.path() / "home", "session.json"); });
   EXPECT_TRUE(names(line, {"home", "session.json", "not replaced"}));
   EXPECT_EQ(scratch.contents(), (Names{"home", "home/letters.txt"}));
+}
+
+// A process that is killed in the middle of filling `place`.
+void be_killed_while_filling(const fs::path& place) {
+  const pid_t child = fork();
+  if (child == 0) {
+    const WholeFolder folder(place);
+    std::ofstream(folder.path() / "half.exr") << "half";
+    kill(getpid(), SIGKILL);
+  }
+  waitpid(child, nullptr, 0);
+}
+
+TEST(RemoveAbandoned, TakesAwayWhatAKilledProcessLeft) {
+  const ScratchFolder scratch;
+  be_killed_while_filling(scratch.path() / "burst-000007");
+  be_killed_while_filling(scratch.path() / "burst-000008.partial");
+  EXPECT_EQ(scratch.contents().size(), 6u);  // each: a folder, its lock, a file
+  EXPECT_EQ(remove_abandoned(scratch.path()), 2);
+  EXPECT_TRUE(scratch.contents().empty());
+}
+
+TEST(RemoveAbandoned, LeavesWhatAProcessStillFillsAndWhatIsNotOurs) {
+  const ScratchFolder scratch;
+  const WholeFolder under_way(scratch.path() / "burst-000009");
+  const pid_t gone = fork();
+  if (gone == 0) _exit(0);
+  waitpid(gone, nullptr, 0);
+  const std::string end = ".part-" + std::to_string(gone) + "-0";
+  fs::create_directories(scratch.path() / (".mine" + end + ".bak"));
+  fs::create_directories(scratch.path() / ("mine" + end));
+  fs::create_directories(scratch.path() / ".fetching");
+  write_whole_text(scratch.path() / (".a file" + end), "text");
+  fs::create_directory_symlink(scratch.path() / ".fetching", scratch.path() / (".link" + end));
+  // All that is left of a session whose replacement was cut short.
+  fs::create_directories(scratch.path() / (".session.old-" + std::to_string(gone) + "-1"));
+  const Names before = scratch.contents();
+  EXPECT_EQ(remove_abandoned(scratch.path()), 0);
+  EXPECT_EQ(scratch.contents(), before);
+}
+
+TEST(RemoveAbandoned, GoesByTheLockWhereTheProcessIsOneThatItCannotSee) {
+  const ScratchFolder scratch;
+  const pid_t gone = fork();
+  if (gone == 0) _exit(0);
+  waitpid(gone, nullptr, 0);
+  const fs::path folder = scratch.path() / (".session.part-" + std::to_string(gone) + "-0");
+  {
+    const WholeFolder elsewhere(scratch.path() / "session");  // of another container, say
+    fs::rename(elsewhere.path(), folder);
+    EXPECT_EQ(remove_abandoned(scratch.path()), 0);
+  }
+  EXPECT_EQ(remove_abandoned(scratch.path()), 1);
+  EXPECT_EQ(remove_abandoned(scratch.path() / "none"), 0);
 }
 
 TEST(ReadText, SaysWhichFileCannotBeRead) {
