@@ -115,6 +115,15 @@ void add_regions_of_truth(const fs::path& folder, v1::Session* manifest) {
   fs::copy_file(labels, folder / "regions.png");
 }
 
+// A rig of metal obeys none of these.
+void require_for_simulated_rig(const CLI::App& capture) {
+  for (const char* option : {"--seed", "--scale", "--clock", "--rig-file"}) {
+    if (capture.count(option) > 0) {
+      throw_bad_input(option, "is for the simulated rig alone", "give --rig sim with it");
+    }
+  }
+}
+
 LinkOptions link_options(const Options& options) {
   LinkOptions link;
   link.interrupted = interrupted;
@@ -174,7 +183,8 @@ int capture(const Options& options) {
   }
   if (options.rig == "sim") require_simulated_rig(options.simulated);
   catch_interrupts();
-  clear_unfinished(options.out.parent_path());
+  clear_unfinished(
+      (options.out.has_filename() ? options.out : options.out.parent_path()).parent_path());
   WholeFolder folder(options.out, "session.json");
   int exit_code = 0;
   folder.blame_place([&] {
@@ -215,7 +225,10 @@ void add_capture(CLI::App& app, int* exit_code) {
   command->add_flag("--replace", options->replace,
                     "Put the new session where an old one is; the old one is lost");
   command->add_flag("--json", options->json, "Report as JSON");
-  command->callback([options, exit_code] { *exit_code = capture(*options); });
+  command->callback([command, options, exit_code] {
+    if (options->rig != "sim") require_for_simulated_rig(*command);
+    *exit_code = capture(*options);
+  });
 }
 
 }  // namespace lamella::apps

@@ -177,6 +177,25 @@ TEST_F(Command, WarnsOfAnUnknownFieldAndGoesOn) {
   EXPECT_NE(outcome.out.find("mood"), std::string::npos);
 }
 
+TEST_F(Command, NamesACommandThatIsNoneAndTheOneThatIsMeant) {
+  refused({"bogus"}, 2, {"no command \"bogus\"", "see lamella --help"});
+  refused({"captrue", "--rig", "sim"}, 2, {"no command \"captrue\"", "capture is one"});
+  refused({"rig", "stauts"}, 2,
+          {"no command \"rig stauts\"", "status is one", "see lamella rig --help"});
+}
+
+TEST_F(Command, RefusesForARealRigWhatOnlyASimulatedOneObeys) {
+  for (const char* option : {"--seed", "--scale", "--clock", "--rig-file"}) {
+    SCOPED_TRACE(option);
+    testing::FakeRig rig;
+    testing::load_burst(&rig, testing::kFakeSize);
+    const std::string value = option == std::string("--clock") ? "real" : "1";
+    refused({"capture", "--rig", rig.address(), "--out", in("s"), option, value}, 2,
+            {option, "is for the simulated rig alone"});
+    EXPECT_EQ(rig.connections(), 0);
+  }
+}
+
 TEST_F(Command, RefusesASessionThatIsNotThere) {
   for (const char* command : {"fit", "check"}) refused({command, in("none")}, 2, {in("none")});
   refused({"export", in("none"), "--out", in("face.glb")}, 2, {in("none")});
