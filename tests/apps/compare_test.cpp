@@ -238,6 +238,21 @@ TEST(Compare, ExitsWithOneBelowTheQualityAskedAndWithTwoOnBadInput) {
   EXPECT_EQ(compare({a, folder / "none.exr"}), 2);
 }
 
+TEST(Compare, RefusesARequirementThatCannotBeJudgedBeforeItReportsAnything) {
+  const Folder folder;
+  const std::string a = folder / "a.exr";
+  write_exr_rgb(a, noise(12, 12, 0.5, 1));
+  for (const char* wrong : {"beauty<=0.1", "rel_rmse<=nan", "rel_rmse<=inf", "rel_rmse<=a lot",
+                            "rel_rmse<=", "<=1", "a~b<=1", "rel_rmse.0<=1"}) {
+    SCOPED_TRACE(wrong);
+    const testing::Outcome outcome = testing::run_lamella({"compare", a, a, "--require", wrong});
+    EXPECT_EQ(outcome.exit_code, 2);
+    EXPECT_EQ(outcome.out, "");
+    EXPECT_EQ(outcome.complaints().size(), 1u);
+    EXPECT_NE(outcome.err.find("--require: "), std::string::npos) << outcome.err;
+  }
+}
+
 // A fit beside the truth that it is compared with; what `spoil` does to it is a problem.
 testing::Outcome compare_spoilt(const std::function<void(const fs::path&)>& spoil) {
   const Folder folder;
