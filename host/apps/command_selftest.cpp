@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <set>
 
 #include "apps/commands.h"
 #include "apps/counted.h"
@@ -10,6 +11,7 @@
 #include "apps/report.h"
 #include "apps/rig_option.h"
 #include "base/error.h"
+#include "base/progress.h"
 #include "io/identity.h"
 #include "io/link_client.h"
 #include "io/paired_link.h"
@@ -89,6 +91,18 @@ void require_for_simulated_rig(bool given, const std::string& option) {
   if (given) throw_bad_input(option, "is for the simulated rig alone", "give --rig sim with it");
 }
 
+// Part by part, as their readings come.
+v1::SelftestResult test_with(LinkClient rig, const Arguments& args) {
+  const size_t total =
+      args.only.empty() ? kParts.size() : std::set(args.only.begin(), args.only.end()).size();
+  Progress progress("self-test, parts read", int(total));
+  return rig.selftest(args.only, args.learn, [&](const v1::SelftestResult& so_far) {
+    std::set<std::string> read;
+    for (const v1::SelftestReading& r : so_far.readings()) read.insert(r.part());
+    progress.advance(int(read.size()));
+  });
+}
+
 v1::SelftestResult test(const Arguments& args) {
   LinkOptions link;
   link.interrupted = interrupted;
@@ -97,7 +111,7 @@ v1::SelftestResult test(const Arguments& args) {
     require_for_simulated_rig(!args.inject.empty(), "--inject");
     require_for_simulated_rig(!args.led_reference.empty(), "--led-reference");
     link.tls = tls_for(args.rig, config_folder());
-    return LinkClient(args.rig, link).selftest(args.only, args.learn);
+    return test_with(LinkClient(args.rig, link), args);
   }
   SimulatedRigOptions options;
   options.subject = args.subject;
@@ -107,7 +121,7 @@ v1::SelftestResult test(const Arguments& args) {
   options.led_reference = args.led_reference;
   require_simulated_rig(options);
   const SimulatedRig sim(options);
-  return LinkClient(sim.address(), link).selftest(args.only, args.learn);
+  return test_with(LinkClient(sim.address(), link), args);
 }
 
 }  // namespace

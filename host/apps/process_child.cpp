@@ -1,6 +1,7 @@
 #include "apps/process_child.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -113,18 +114,22 @@ std::string ChildProcess::complaint() const {
   return lines.front() + " (and " + std::to_string(lines.size() - 1) + " more)";
 }
 
-std::string ChildProcess::wait_for_line(const std::string& prefix, double seconds,
+std::string ChildProcess::wait_for_line(const Awaited& awaited,
                                         const std::function<bool()>& interrupted) {
-  const auto end = steady_clock::now() + std::chrono::duration<double>(seconds);
+  const auto end = steady_clock::now() + std::chrono::duration<double>(awaited.longest_s);
   while (true) {
     const bool ended = has_ended();  // before the look at its output, so that nothing is missed
     for (const std::string& line : whole_lines(out_)) {
-      if (line.starts_with(prefix)) return line.substr(prefix.size());
+      if (line.starts_with(awaited.line)) return line.substr(awaited.line.size());
     }
     const std::string said = last_words().empty() ? "" : ": " + last_words();
     if (interrupted()) throw Error(Fault::kRig, name_, "interrupted, nothing was kept");
     if (ended) throw Error(Fault::kRig, name_, "ended before it was ready" + said);
-    if (steady_clock::now() > end) throw Error(Fault::kRig, name_, "not ready in time" + said);
+    if (steady_clock::now() > end) {
+      throw Error(Fault::kRig, name_,
+                  fmt::format("still {} after {:g} s", awaited.work, awaited.longest_s) + said,
+                  "this computer may be too busy for it: end other work, then try again");
+    }
     std::this_thread::sleep_for(kLook);
   }
 }

@@ -12,6 +12,12 @@ namespace lamella::apps {
 
 namespace fs = std::filesystem;
 
+struct Awaited {
+  std::string line;  // how it begins
+  double longest_s;
+  std::string work;  // what the program does until then, for whoever waited in vain
+};
+
 class ChildProcess {
  public:
   // Starts `arguments[0]` with its output in `folder`/NAME.out and NAME.err. Throws Error (kRig).
@@ -22,10 +28,9 @@ class ChildProcess {
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;
 
-  // What follows `prefix` on the first line of its output that begins with it. Throws Error (kRig)
-  // with its last words where it ends first, or where `interrupted` or the time says so.
-  std::string wait_for_line(const std::string& prefix, double seconds,
-                            const std::function<bool()>& interrupted);
+  // What follows the awaited beginning on the first line of its output that has it. Throws Error
+  // (kRig) with its last words where it ends first, or where `interrupted` or the time says so.
+  std::string wait_for_line(const Awaited& awaited, const std::function<bool()>& interrupted);
 
   bool has_ended();
 

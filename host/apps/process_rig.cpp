@@ -15,8 +15,9 @@ namespace lamella::apps {
 
 namespace {
 
-constexpr double kTwinReady_s = 180;  // it simulates its skin first
-constexpr double kFirmwareReady_s = 20;
+const Awaited kTwinServes{"serving ", 180, "working out how its skin scatters light"};
+const Awaited kTwinPrepared{"prepared", 180, "working out what a burst will show"};
+const Awaited kFirmwareListens{"listening on ", 20, "starting on its simulated hardware"};
 
 // Of an installed program beside it, else of the source tree that it was built from.
 fs::path board_folder() {
@@ -48,6 +49,15 @@ std::string firmware_binary() { return (own_binary().parent_path() / "lamella-ri
 [[noreturn]] void throw_bad_rig_file(const ChildProcess& firmware, const std::string& rig_file) {
   throw_bad_input("--rig-file", firmware.complaint(),
                   "lamella-rigd --check --rig " + rig_file + " names all that is wrong");
+}
+
+std::string await_ready(ChildProcess* child, const Awaited& awaited) {
+  const Stopwatch watch;
+  Progress progress("starting the simulated rig, seconds of at most", int(awaited.longest_s));
+  return child->wait_for_line(awaited, [&] {
+    progress.advance(int(watch.seconds()));
+    return interrupted();
+  });
 }
 
 }  // namespace
@@ -103,14 +113,11 @@ SimulatedRig::SimulatedRig(const SimulatedRigOptions& options) {
   if (!options.led_reference.empty()) {
     firmware.insert(firmware.end(), {"--led-reference", options.led_reference.string()});
   }
-  Progress progress("starting the simulated rig", 2);
   twin_ = std::make_unique<ChildProcess>("lamella twin", twin, folder_.path());
   // On the real clock nothing else may work while edges are played, the twin least of all.
-  const std::string ready = options.clock == "real" ? "prepared" : "serving ";
-  twin_->wait_for_line(ready, kTwinReady_s, interrupted);
-  progress.advance(1);
+  await_ready(twin_.get(), options.clock == "real" ? kTwinPrepared : kTwinServes);
   firmware_ = std::make_unique<ChildProcess>("lamella-rigd", firmware, folder_.path());
-  address_ = firmware_->wait_for_line("listening on ", kFirmwareReady_s, interrupted);
+  address_ = await_ready(firmware_.get(), kFirmwareListens);
 }
 
 std::string SimulatedRig::last_words() {

@@ -101,7 +101,9 @@ v1::Status LinkClient::abort() {
   return reply.status();
 }
 
-v1::SelftestResult LinkClient::selftest(const std::vector<std::string>& only, bool learn) {
+v1::SelftestResult LinkClient::selftest(
+    const std::vector<std::string>& only, bool learn,
+    const std::function<void(const v1::SelftestResult&)>& progress) {
   v1::Request request;
   for (const std::string& part : only) request.mutable_selftest()->add_only(part);
   request.mutable_selftest()->set_learn(learn);
@@ -113,7 +115,11 @@ v1::SelftestResult LinkClient::selftest(const std::vector<std::string>& only, bo
   request.Clear();
   request.mutable_selftest()->set_report(true);
   while (reply.has_selftest() && reply.selftest().running()) {
-    if (std::chrono::steady_clock::now() > end) fail("the self-test does not end", kCheckLink);
+    if (std::chrono::steady_clock::now() > end) {
+      fail("the self-test does not end, after " + number(uint64_t(kLongestTest_s)) + " s",
+           kCheckLink);
+    }
+    progress(reply.selftest());
     pause(kPollStatus_s);
     reply = asked("its self-test", request);
   }

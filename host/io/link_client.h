@@ -44,8 +44,9 @@ class LinkClient : public BurstSource {
   v1::Status abort();
 
   // Tests these parts of the rig (none: all) and waits for the end. `learn` takes the LEDs as they
-  // are for the reference of later tests.
-  v1::SelftestResult selftest(const std::vector<std::string>& only, bool learn);
+  // are for the reference of later tests. `progress` gets what is read so far, again and again.
+  v1::SelftestResult selftest(const std::vector<std::string>& only, bool learn,
+                              const std::function<void(const v1::SelftestResult&)>& progress);
 
   std::vector<v1::HeldBurst> held() override;
   std::string calibration(const Burst& burst) override;

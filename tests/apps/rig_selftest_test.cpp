@@ -1,6 +1,11 @@
 // lamella rig selftest on the simulated rig: a table for people, JSON for programs, an exit code.
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <poll.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <regex>
 
@@ -33,6 +38,44 @@ TEST(RigSelftest, AnInjectedFaultIsNamedAndEndsWithOne) {
   EXPECT_EQ(report.at("readings")[0].at("part"), "chain");
   EXPECT_EQ(report.at("readings")[0].at("value"), 6);
   EXPECT_EQ(report.at("readings")[0].at("verdict"), "BAD");
+}
+
+// All that a program writes to a terminal that is its standard error.
+std::string shown_on_terminal(std::vector<const char*> arguments) {
+  const int master = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
+  grantpt(master);
+  unlockpt(master);
+  const std::string name = ptsname(master);
+  arguments.push_back(nullptr);
+  const pid_t child = fork();
+  if (child == 0) {
+    dup2(open("/dev/null", O_WRONLY), 1);
+    dup2(open(name.c_str(), O_RDWR | O_NOCTTY), 2);
+    execv(LAMELLA_BINARY, const_cast<char* const*>(arguments.data()));
+    _exit(127);
+  }
+  std::string shown;
+  char bytes[1024];
+  pollfd waiting{master, POLLIN, 0};
+  while (true) {
+    const bool ended = waitpid(child, nullptr, WNOHANG) == child;
+    while (poll(&waiting, 1, 20) > 0 && (waiting.revents & POLLIN)) {
+      const ssize_t n = read(master, bytes, sizeof bytes);
+      if (n <= 0) break;
+      shown.append(bytes, size_t(n));
+    }
+    if (ended) break;
+  }
+  close(master);
+  return shown;
+}
+
+TEST(RigSelftest, ShowsOnATerminalHowLongItWaitsAndHowManyPartsAreRead) {
+  const std::string shown = shown_on_terminal(
+      {"lamella", "rig", "selftest", "--rig", "sim", "--only", "chain", "--only", "latency"});
+  EXPECT_NE(shown.find("starting the simulated rig, seconds of at most 0/180"), std::string::npos)
+      << shown;
+  EXPECT_NE(shown.find("self-test, parts read 0/2"), std::string::npos) << shown;
 }
 
 TEST(RigSelftest, PartsThatAreNoneAreRefusedAtOnce) {

@@ -28,7 +28,7 @@ class EndToEnd : public ::testing::Test {
                                              "--calibration-out", at("calibration.json"),
                                              "--truth-out",       at("truth")};
     twin_ = new ChildProcess("twin", arguments, folder_->path());
-    twin_->wait_for_line("serving ", kReady_s, [] { return false; });
+    twin_->wait_for_line({"serving ", kReady_s, "starting"}, [] { return false; });
   }
 
   static void TearDownTestSuite() {
@@ -56,7 +56,7 @@ class EndToEnd : public ::testing::Test {
     if (!fault.empty()) arguments.insert(arguments.end(), {"--inject", fault});
     ChildProcess firmware("rigd-" + name, arguments, folder_->path());
     const std::string address =
-        firmware.wait_for_line("listening on ", kReady_s, [] { return false; });
+        firmware.wait_for_line({"listening on ", kReady_s, "starting"}, [] { return false; });
     return testing::run_lamella(
         {"capture", "--rig", address, "--out", at(name), "--flashing-confirmed"});
   }
