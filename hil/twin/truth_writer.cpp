@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "base/parallel.h"
 #include "base/progress.h"
+#include "io/json_tree.h"
 #include "io/view.h"
 #include "io/whole_file.h"
 #include "twin/npz.h"
@@ -66,7 +67,7 @@ void write_layers(const fs::path& file, const Photographer& photographer,
   layers["single"] = {{"g", kPhaseG},
                       {"note", "alpha of eq. 3 as printed: scattering albedo / ior^2"}};
   layers["ior"] = kIor;
-  write_whole_text(file, layers.dump(1));
+  write_whole_text(file, json_text(layers, 1));
 }
 
 void write_kernels(const fs::path& file, const SkinProfiles& profiles) {

@@ -8,6 +8,7 @@
 #include "apps/counted.h"
 #include "base/error.h"
 #include "base/progress.h"
+#include "io/json_tree.h"
 
 namespace lamella::apps {
 
@@ -27,14 +28,14 @@ std::string note_of(const v1::HeldBurst& held, const std::vector<v1::FrameOffer>
                                        {"whole", held.whole()},
                                        {"why", held.why()},
                                        {"photographs", frames}};
-  return note.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  return json_text(note, 2) + "\n";
 }
 
 // An earlier run put the same burst there: every photograph still held is one of its own.
 bool holds_burst(const fs::path& folder, const v1::HeldBurst& held,
                  const std::vector<v1::FrameOffer>& offers) {
   if (!fs::exists(folder / kNote) || !fs::exists(folder / kManifest)) return false;
-  const auto note = nlohmann::json::parse(read_text(folder / kNote), nullptr, false);
+  const auto note = json_tree(read_text(folder / kNote));
   if (!note.is_object() || note.value("burst", uint64_t(0)) != held.burst_id()) return false;
   if (note.value("begun_unix_us", int64_t(-1)) != held.begun_unix_us()) return false;
   const auto frames = note.value("photographs", nlohmann::json::array());

@@ -116,9 +116,9 @@ void add_regions_of_truth(const fs::path& folder, v1::Session* manifest) {
 }
 
 // A rig of metal obeys none of these.
-void require_for_simulated_rig(const CLI::App& capture) {
+void require_for_simulated_rig(const Command& capture) {
   for (const char* option : {"--seed", "--scale", "--clock", "--rig-file"}) {
-    if (capture.count(option) > 0) {
+    if (capture.given(option)) {
       throw_bad_input(option, "is for the simulated rig alone", "give --rig sim with it");
     }
   }
@@ -196,37 +196,37 @@ int capture(const Options& options) {
 
 }  // namespace
 
-void add_capture(CLI::App& app, int* exit_code) {
-  CLI::App* command = app.add_subcommand("capture", "Run a burst on a rig and receive it");
+void add_capture(const Command& app, int* exit_code) {
+  const Command command = app.add_command("capture", "Run a burst on a rig and receive it");
   auto options = std::make_shared<Options>();
   SimulatedRigOptions* simulated = &options->simulated;
-  command->add_option("--rig", options->rig, "sim, or HOST:PORT of a rig")
-      ->check(rig_address(Simulated::kToo))
-      ->capture_default_str();
-  command->add_option("--out", options->out, "Folder of the new session")->required();
-  command->add_option("--subject", simulated->subject, "Name; for sim: head or sphere")
-      ->capture_default_str();
-  command->add_option("--seed", simulated->seed, "Of the simulated noise and skin")
-      ->check(whole_number());
-  command->add_option("--scale", simulated->scale,
-                      fmt::format("Of the simulated photographs' size, {:g} to {:g}",
-                                  twin::kLeastScale, twin::kLargestScale));
-  command->add_option("--clock", simulated->clock, "Of the simulated rig")
-      ->check(CLI::IsMember({"virtual", "real"}));
+  command.add_option("--rig", options->rig, "sim, or HOST:PORT of a rig")
+      .check(rig_address(Simulated::kToo))
+      .shows_default();
+  command.add_option("--out", options->out, "Folder of the new session").required();
+  command.add_option("--subject", simulated->subject, "Name; for sim: head or sphere")
+      .shows_default();
+  command.add_option("--seed", simulated->seed, "Of the simulated noise and skin")
+      .check(fault_of_whole_number);
+  command.add_option("--scale", simulated->scale,
+                     fmt::format("Of the simulated photographs' size, {:g} to {:g}",
+                                 twin::kLeastScale, twin::kLargestScale));
+  command.add_option("--clock", simulated->clock, "Of the simulated rig")
+      .one_of({"virtual", "real"});
   command
-      ->add_option("--rig-file", simulated->rig_file,
-                   "Wiring and timing of the simulated rig: a file, or a name")
-      ->capture_default_str();
-  command->add_flag("--held", options->held, "Fetch what the rig still holds; no new burst");
-  command->add_flag("--discard-held", options->discard_held,
-                    "Give up photographs of an earlier burst that the rig still holds");
-  command->add_flag("--flashing-confirmed", options->flashing_confirmed,
-                    "This subject was asked, and knows of no fit brought on by flashing light");
-  command->add_flag("--replace", options->replace,
-                    "Put the new session where an old one is; the old one is lost");
-  command->add_flag("--json", options->json, "Report as JSON");
-  command->callback([command, options, exit_code] {
-    if (options->rig != "sim") require_for_simulated_rig(*command);
+      .add_option("--rig-file", simulated->rig_file,
+                  "Wiring and timing of the simulated rig: a file, or a name")
+      .shows_default();
+  command.add_flag("--held", options->held, "Fetch what the rig still holds; no new burst");
+  command.add_flag("--discard-held", options->discard_held,
+                   "Give up photographs of an earlier burst that the rig still holds");
+  command.add_flag("--flashing-confirmed", options->flashing_confirmed,
+                   "This subject was asked, and knows of no fit brought on by flashing light");
+  command.add_flag("--replace", options->replace,
+                   "Put the new session where an old one is; the old one is lost");
+  command.add_flag("--json", options->json, "Report as JSON");
+  command.runs([command, options, exit_code] {
+    if (options->rig != "sim") require_for_simulated_rig(command);
     *exit_code = capture(*options);
   });
 }

@@ -63,12 +63,12 @@ int run_check(const CheckArguments& args) {
 
 }  // namespace
 
-void add_check(CLI::App& app, int* exit_code) {
+void add_check(const Command& app, int* exit_code) {
   auto args = std::make_shared<CheckArguments>();
-  CLI::App* command = app.add_subcommand("check", "Is this session fit to fit, and why not");
-  command->add_option("session", args->session, "Session folder")->required();
-  command->add_flag("--json", args->json, "Report as JSON");
-  command->callback([args, exit_code] { *exit_code = run_check(*args); });
+  const Command command = app.add_command("check", "Is this session fit to fit, and why not");
+  command.add_option("session", args->session, "Session folder").required();
+  command.add_flag("--json", args->json, "Report as JSON");
+  command.runs([args, exit_code] { *exit_code = run_check(*args); });
 }
 
 }  // namespace lamella::apps

@@ -136,17 +136,17 @@ int run_compare(const CompareArguments& arguments) {
 
 }  // namespace
 
-void add_compare(CLI::App& app, int* exit_code) {
+void add_compare(const Command& app, int* exit_code) {
   auto arguments = std::make_shared<CompareArguments>();
-  CLI::App* command = app.add_subcommand(
-      "compare", "Recovered against true: two EXR images, or fit/ against truth/");
-  command->add_option("recovered", arguments->found, "Image or folder of maps")->required();
-  command->add_option("true", arguments->truth, "What it should be")->required();
-  command->add_option("--mask", arguments->mask, "PNG: compare images where it is not 0");
-  command->add_option("--require", arguments->requirements,
-                      "FIGURE<=VALUE; exit 1 where it does not hold. Repeatable");
-  command->add_flag("--json", arguments->json, "Report as JSON: every figure");
-  command->callback([arguments, exit_code] { *exit_code = run_compare(*arguments); });
+  const Command command =
+      app.add_command("compare", "Recovered against true: two EXR images, or fit/ against truth/");
+  command.add_option("recovered", arguments->found, "Image or folder of maps").required();
+  command.add_option("true", arguments->truth, "What it should be").required();
+  command.add_option("--mask", arguments->mask, "PNG: compare images where it is not 0");
+  command.add_option("--require", arguments->requirements,
+                     "FIGURE<=VALUE; exit 1 where it does not hold. Repeatable");
+  command.add_flag("--json", arguments->json, "Report as JSON: every figure");
+  command.runs([arguments, exit_code] { *exit_code = run_compare(*arguments); });
 }
 
 }  // namespace lamella::apps

@@ -98,24 +98,22 @@ void run(const Arguments& a) {
 
 }  // namespace
 
-void add_export(CLI::App& app, int*) {
+void add_export(const Command& app, int*) {
   auto a = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand("export", "Write a fitted face as one .glb");
-  command->add_option("session", a->session, "Session folder")->required();
-  command->add_option("--out", a->out, "The .glb to write")->required();
-  command->add_option("--fit", a->fit, "Folder of the fit [SESSION/fit]");
-  command->add_option("--for", a->scene,
-                      "View file: only what this camera can show, and a report of it");
-  CLI::Option* triangles =
-      command->add_option("--triangles", a->options.triangles, "At most, about");
-  triangles->check(CLI::Range(100, 2000000));
-  CLI::Option* texture_px = command->add_option("--texture-px", a->options.texture_side_px,
-                                                "Longest side of a texture, pixels");
-  texture_px->check(CLI::Range(16, 8192));
-  command->add_flag("--json", a->json, "Report as JSON");
-  command->callback([a, triangles, texture_px] {
-    a->has_triangles = triangles->count() > 0;
-    a->has_texture_px = texture_px->count() > 0;
+  const Command command = app.add_command("export", "Write a fitted face as one .glb");
+  command.add_option("session", a->session, "Session folder").required();
+  command.add_option("--out", a->out, "The .glb to write").required();
+  command.add_option("--fit", a->fit, "Folder of the fit [SESSION/fit]");
+  command.add_option("--for", a->scene,
+                     "View file: only what this camera can show, and a report of it");
+  command.add_option("--triangles", a->options.triangles, "At most, about").within(100, 2000000);
+  command
+      .add_option("--texture-px", a->options.texture_side_px, "Longest side of a texture, pixels")
+      .within(16, 8192);
+  command.add_flag("--json", a->json, "Report as JSON");
+  command.runs([a, command] {
+    a->has_triangles = command.given("--triangles");
+    a->has_texture_px = command.given("--texture-px");
     run(*a);
   });
 }

@@ -94,18 +94,18 @@ int run_fit(const FitArguments& args) {
 
 }  // namespace
 
-void add_fit(CLI::App& app, int* exit_code) {
+void add_fit(const Command& app, int* exit_code) {
   auto args = std::make_shared<FitArguments>();
-  CLI::App* command = app.add_subcommand("fit", "Fit the layers of a session");
-  command->add_option("session", args->session, "Session folder")->required();
-  command->add_option("--out", args->out, "Folder to write [SESSION/fit]");
+  const Command command = app.add_command("fit", "Fit the layers of a session");
+  command.add_option("session", args->session, "Session folder").required();
+  command.add_option("--out", args->out, "Folder to write [SESSION/fit]");
   command
-      ->add_option(
+      .add_option(
           "--until", args->until,
           "Last step to run: linearise, geometry, normals, specular, separate, scattering, albedo")
-      ->capture_default_str();
-  command->add_flag("--json", args->json, "Report as JSON: layers.json");
-  command->callback([args, exit_code] { *exit_code = run_fit(*args); });
+      .shows_default();
+  command.add_flag("--json", args->json, "Report as JSON: layers.json");
+  command.runs([args, exit_code] { *exit_code = run_fit(*args); });
 }
 
 }  // namespace lamella::apps

@@ -42,16 +42,16 @@ void run_render(const RenderArguments& arguments) {
 
 }  // namespace
 
-void add_render(CLI::App& app, int*) {
+void add_render(const Command& app, int*) {
   auto arguments = std::make_shared<RenderArguments>();
-  CLI::App* command =
-      app.add_subcommand("render", "Draw a fitted face at a new view and light (S + D)");
-  command->add_option("session", arguments->session, "Session folder")->required();
-  command->add_option("--view", arguments->view, "View file: a camera and its lights")->required();
-  command->add_option("--out", arguments->out, "Image to write (EXR)")->required();
-  command->add_option("--fit", arguments->fit, "Folder of the fit [SESSION/fit]");
-  command->add_flag("--json", arguments->json, "Report as JSON");
-  command->callback([arguments] { run_render(*arguments); });
+  const Command command =
+      app.add_command("render", "Draw a fitted face at a new view and light (S + D)");
+  command.add_option("session", arguments->session, "Session folder").required();
+  command.add_option("--view", arguments->view, "View file: a camera and its lights").required();
+  command.add_option("--out", arguments->out, "Image to write (EXR)").required();
+  command.add_option("--fit", arguments->fit, "Folder of the fit [SESSION/fit]");
+  command.add_flag("--json", arguments->json, "Report as JSON");
+  command.runs([arguments] { run_render(*arguments); });
 }
 
 }  // namespace lamella::apps

@@ -215,14 +215,14 @@ int run_abort(const RigArguments& args) {
   return 0;
 }
 
-void add_rig_command(CLI::App* rig, const std::string& name, const std::string& help,
+void add_rig_command(const Command& rig, const std::string& name, const std::string& help,
                      const std::function<void(const RigArguments&)>& run) {
   auto args = std::make_shared<RigArguments>();
-  CLI::App* command = rig->add_subcommand(name, help);
-  command->add_option("--rig", args->rig, "HOST:PORT; else the one paired rig on this network")
-      ->check(rig_address(Simulated::kNot));
-  command->add_flag("--json", args->json, "Report as JSON");
-  command->callback([args, run] {
+  const Command command = rig.add_command(name, help);
+  command.add_option("--rig", args->rig, "HOST:PORT; else the one paired rig on this network")
+      .check(rig_address(Simulated::kNot));
+  command.add_flag("--json", args->json, "Report as JSON");
+  command.runs([args, run] {
     if (args->rig.empty()) args->rig = the_paired_rig();
     run(*args);
   });
@@ -230,18 +230,18 @@ void add_rig_command(CLI::App* rig, const std::string& name, const std::string& 
 
 }  // namespace
 
-void add_rig(CLI::App& app, int* exit_code) {
-  CLI::App* rig = app.add_subcommand("rig", "The rig itself");
-  rig->require_subcommand(1);
+void add_rig(const Command& app, int* exit_code) {
+  const Command rig = app.add_command("rig", "The rig itself");
+  rig.require_command();
   auto args = std::make_shared<PlanArguments>();
-  CLI::App* plan = rig->add_subcommand("plan", "The burst that a rig file would play");
-  plan->add_option("--rig-file", args->rig_file,
-                   "A rig file, or sim, slr or machine_vision for one that ships")
-      ->capture_default_str();
-  plan->add_option("--svg", args->svg, "Chart to write");
-  plan->add_option("--vcd", args->vcd, "Edges to write, for a logic analyser's viewer");
-  plan->add_flag("--json", args->json, "Report as JSON");
-  plan->callback([args, exit_code] { *exit_code = run_plan(*args); });
+  const Command plan = rig.add_command("plan", "The burst that a rig file would play");
+  plan.add_option("--rig-file", args->rig_file,
+                  "A rig file, or sim, slr or machine_vision for one that ships")
+      .shows_default();
+  plan.add_option("--svg", args->svg, "Chart to write");
+  plan.add_option("--vcd", args->vcd, "Edges to write, for a logic analyser's viewer");
+  plan.add_flag("--json", args->json, "Report as JSON");
+  plan.runs([args, exit_code] { *exit_code = run_plan(*args); });
   add_rig_command(rig, "status", "What a rig is doing, and what it holds",
                   [exit_code](const RigArguments& a) { *exit_code = run_status(a); });
   add_rig_list(rig, exit_code);

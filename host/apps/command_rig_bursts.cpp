@@ -196,23 +196,23 @@ int run_recover(const Arguments& args) {
 
 }  // namespace
 
-void add_rig_bursts(CLI::App* rig, int* exit_code) {
+void add_rig_bursts(const Command& rig, int* exit_code) {
   auto args = std::make_shared<Arguments>();
-  CLI::App* sync = rig->add_subcommand("sync", "Fetch every burst that a rig holds");
-  sync->add_option("--rig", args->rig, "HOST:PORT of the rig")
-      ->check(rig_address(Simulated::kNot))
-      ->required();
-  sync->add_option("--out", args->out, "Folder for the sessions, burst-NUMBER each")->required();
-  sync->add_flag("--json", args->json, "Report as JSON");
-  sync->callback([args, exit_code] { *exit_code = run_sync(*args); });
-  CLI::App* recover =
-      rig->add_subcommand("recover", "What became of bursts that were cut off, and what is whole");
-  recover->add_option("--store", args->store, "Folder from a rig's disk, taken out of it");
-  recover->add_option("--rig", args->rig, "HOST:PORT of the rig")
-      ->check(rig_address(Simulated::kNot));
-  recover->add_option("--out", args->out, "Also put what is whole into sessions in this folder");
-  recover->add_flag("--json", args->json, "Report as JSON");
-  recover->callback([args, exit_code] { *exit_code = run_recover(*args); });
+  const Command sync = rig.add_command("sync", "Fetch every burst that a rig holds");
+  sync.add_option("--rig", args->rig, "HOST:PORT of the rig")
+      .check(rig_address(Simulated::kNot))
+      .required();
+  sync.add_option("--out", args->out, "Folder for the sessions, burst-NUMBER each").required();
+  sync.add_flag("--json", args->json, "Report as JSON");
+  sync.runs([args, exit_code] { *exit_code = run_sync(*args); });
+  const Command recover =
+      rig.add_command("recover", "What became of bursts that were cut off, and what is whole");
+  recover.add_option("--store", args->store, "Folder from a rig's disk, taken out of it");
+  recover.add_option("--rig", args->rig, "HOST:PORT of the rig")
+      .check(rig_address(Simulated::kNot));
+  recover.add_option("--out", args->out, "Also put what is whole into sessions in this folder");
+  recover.add_flag("--json", args->json, "Report as JSON");
+  recover.runs([args, exit_code] { *exit_code = run_recover(*args); });
 }
 
 }  // namespace lamella::apps

@@ -47,15 +47,13 @@ int run_list(double wait_s, bool json) {
 
 }  // namespace
 
-void add_rig_list(CLI::App* rig, int* exit_code) {
+void add_rig_list(const Command& rig, int* exit_code) {
   auto wait_s = std::make_shared<double>(kListen_s);
   auto json = std::make_shared<bool>(false);
-  CLI::App* command = rig->add_subcommand("list", "Rigs that announce themselves on this network");
-  command->add_option("--wait", *wait_s, "Seconds to listen")
-      ->check(CLI::Range(0.1, 60.0))
-      ->capture_default_str();
-  command->add_flag("--json", *json, "Report as JSON");
-  command->callback([=] { *exit_code = run_list(*wait_s, *json); });
+  const Command command = rig.add_command("list", "Rigs that announce themselves on this network");
+  command.add_option("--wait", *wait_s, "Seconds to listen").within(0.1, 60.0).shows_default();
+  command.add_flag("--json", *json, "Report as JSON");
+  command.runs([=] { *exit_code = run_list(*wait_s, *json); });
 }
 
 std::string the_paired_rig() {

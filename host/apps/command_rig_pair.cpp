@@ -84,19 +84,19 @@ int run_forget(const PairArguments& args) {
 
 }  // namespace
 
-void add_rig_pair(CLI::App* rig, int* exit_code) {
+void add_rig_pair(const Command& rig, int* exit_code) {
   auto args = std::make_shared<PairArguments>();
-  CLI::App* command =
-      rig->add_subcommand("pair", "Make a rig and this host trust each other, START being held");
-  command->add_option("--rig", args->rig, "HOST:PORT of the rig")
-      ->check(rig_address(Simulated::kNot))
-      ->required();
-  command->add_option("--wait", args->wait_s, "Seconds to wait for the button")
-      ->check(CLI::Range(0.0, 60.0))
-      ->capture_default_str();
-  command->add_flag("--forget", args->forget, "Undo it, at both ends");
-  command->add_flag("--json", args->json, "Report as JSON");
-  command->callback(
+  const Command command =
+      rig.add_command("pair", "Make a rig and this host trust each other, START being held");
+  command.add_option("--rig", args->rig, "HOST:PORT of the rig")
+      .check(rig_address(Simulated::kNot))
+      .required();
+  command.add_option("--wait", args->wait_s, "Seconds to wait for the button")
+      .within(0.0, 60.0)
+      .shows_default();
+  command.add_flag("--forget", args->forget, "Undo it, at both ends");
+  command.add_flag("--json", args->json, "Report as JSON");
+  command.runs(
       [args, exit_code] { *exit_code = args->forget ? run_forget(*args) : run_pair(*args); });
 }
 

@@ -126,21 +126,21 @@ v1::SelftestResult test(const Arguments& args) {
 
 }  // namespace
 
-void add_rig_selftest(CLI::App* rig, int* exit_code) {
+void add_rig_selftest(const Command& rig, int* exit_code) {
   auto args = std::make_shared<Arguments>();
-  CLI::App* command = rig->add_subcommand("selftest", "The rig tests itself, part by part");
-  command->add_option("--rig", args->rig, "sim, or HOST:PORT of a rig")
-      ->check(rig_address(Simulated::kToo))
-      ->required();
-  command->add_option("--only", args->only, "Parts to test; all of them where none is given")
-      ->check(CLI::IsMember(kParts));
-  command->add_flag("--learn", args->learn,
-                    "The LEDs are good: take how they light the empty stage as the reference");
-  command->add_option("--inject", args->inject, "Faults of the simulated rig: dead-led:17, ...");
-  command->add_option("--led-reference", args->led_reference,
-                      "Where the simulated rig keeps what it learns");
-  command->add_flag("--json", args->json, "Report as JSON");
-  command->callback([args, exit_code] {
+  const Command command = rig.add_command("selftest", "The rig tests itself, part by part");
+  command.add_option("--rig", args->rig, "sim, or HOST:PORT of a rig")
+      .check(rig_address(Simulated::kToo))
+      .required();
+  command.add_option("--only", args->only, "Parts to test; all of them where none is given")
+      .one_of(kParts);
+  command.add_flag("--learn", args->learn,
+                   "The LEDs are good: take how they light the empty stage as the reference");
+  command.add_option("--inject", args->inject, "Faults of the simulated rig: dead-led:17, ...");
+  command.add_option("--led-reference", args->led_reference,
+                     "Where the simulated rig keeps what it learns");
+  command.add_flag("--json", args->json, "Report as JSON");
+  command.runs([args, exit_code] {
     const v1::SelftestResult result = test(*args);
     (args->json ? print_result_json : print_table)(result, args->rig);
     *exit_code = result.bad() > 0 ? 1 : 0;

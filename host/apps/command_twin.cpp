@@ -3,6 +3,7 @@
 
 #include <csignal>
 #include <memory>
+#include <optional>
 
 #include "apps/commands.h"
 #include "apps/process_interrupt.h"
@@ -41,13 +42,12 @@ void check(const TwinArguments& a) {
   }
 }
 
-void write_whole_session(const TwinArguments& a, const twin::Photographer& photographer,
+void write_whole_session(WholeFolder* session, const twin::Photographer& photographer,
                          twin::Studio* studio) {
-  WholeFolder session(a.out, "session.json");
-  twin::write_session(session.path(), photographer, studio);
-  twin::write_truth(session.path() / "truth", photographer);
-  fs::copy_file(session.path() / "truth" / "regions.png", session.path() / "regions.png");
-  session.commit();
+  twin::write_session(session->path(), photographer, studio);
+  twin::write_truth(session->path() / "truth", photographer);
+  fs::copy_file(session->path() / "truth" / "regions.png", session->path() / "regions.png");
+  session->commit();
 }
 
 void print_report(const TwinArguments& a, const Session& rig, double seconds) {
@@ -61,6 +61,13 @@ void print_report(const TwinArguments& a, const Session& rig, double seconds) {
     fmt::print("wrote {}: {}, {} pixels in {:.1f} s\n", a.out, rig.subject,
                size_words({rig.left.width, rig.left.height}), seconds);
   }
+}
+
+// A rig that only tests itself looks at the empty stage: how skin scatters need not be known well.
+twin::Photographer::Options subject_of(const TwinArguments& a) {
+  twin::Photographer::Options subject = a.subject;
+  if (a.no_burst) subject.photons /= 40;
+  return subject;
 }
 
 // The rig as calibrated, without what only a session has.
@@ -79,21 +86,24 @@ void run_twin(const TwinArguments& a) {
     std::signal(SIGINT, ask_to_stop);
     listener = std::make_unique<twin::LocalListener>(a.socket);
   }
-  const twin::Photographer photographer(a.subject);
+  std::optional<WholeFolder> session,
+      truth;  // places that cannot be are refused before the long work
+  if (!a.out.empty()) session.emplace(a.out, "session.json");
+  if (!a.truth_out.empty()) truth.emplace(a.truth_out, "layers.json");
+  const twin::Photographer photographer(subject_of(a));
   twin::Studio studio(photographer, a.subject.seed);
   if (!a.calibration_out.empty()) write_calibration(a.calibration_out, photographer.rig());
-  if (!a.out.empty()) {
-    write_whole_session(a, photographer, &studio);
+  if (session) {
+    write_whole_session(&*session, photographer, &studio);
     print_report(a, photographer.rig(), clock.seconds());
   }
   if (listener) {
     std::printf("serving %s\n", a.socket.c_str());
     std::fflush(stdout);
   }
-  if (!a.truth_out.empty()) {  // connections wait meanwhile
-    WholeFolder truth(a.truth_out, "layers.json");
-    twin::write_truth(truth.path(), photographer);
-    truth.commit();
+  if (truth) {  // connections wait meanwhile
+    twin::write_truth(truth->path(), photographer);
+    truth->commit();
   }
   if (listener) {
     // What a burst will most likely ask for; any other light is worked out when it comes.
@@ -106,24 +116,26 @@ void run_twin(const TwinArguments& a) {
 
 }  // namespace
 
-void add_twin(CLI::App& app, int*) {
+void add_twin(const Command& app, int*) {
   const auto a = std::make_shared<TwinArguments>();
-  CLI::App* command = app.add_subcommand("twin", "Photographs of a subject with known layers");
-  command->add_option("--subject", a->subject.subject, "head or sphere");
-  command->add_option("--seed", a->subject.seed, "Of the face, its skin and the noise")
-      ->check(whole_number());
-  command->add_option(
+  const Command command = app.add_command("twin", "Photographs of a subject with known layers");
+  command.add_option("--subject", a->subject.subject, "head or sphere");
+  command.add_option("--seed", a->subject.seed, "Of the face, its skin and the noise")
+      .check(fault_of_whole_number);
+  command.add_option(
       "--scale", a->subject.scale,
       fmt::format("Times 600x750 pixels, {:g} to {:g}", twin::kLeastScale, twin::kLargestScale));
-  command->add_option("--noise", a->subject.noise, "Times the sensor's noise, 0 to 100");
-  command->add_option("--out", a->out, "Folder of the new session");
-  command->add_option("--serve", a->socket, "Local socket on which to answer a simulated rig");
-  command->add_flag("--no-burst", a->no_burst,
-                    "Of --serve: no burst will be asked for, so none is worked out beforehand");
-  command->add_option("--truth-out", a->truth_out, "Folder of the truth alone");
-  command->add_option("--calibration-out", a->calibration_out, "File of the rig's calibration");
-  command->add_flag("--json", a->json, "Report on --out as JSON");
-  command->callback([a] { run_twin(*a); });
+  command.add_option("--noise", a->subject.noise, "Times the sensor's noise, 0 to 100");
+  command.add_option("--out", a->out, "Folder of the new session");
+  command.add_option("--serve", a->socket, "Local socket on which to answer a simulated rig");
+  command.add_flag(
+      "--no-burst", a->no_burst,
+      "Of --serve: no burst will be asked for, so its light and its subject's skin are not "
+      "worked out well");
+  command.add_option("--truth-out", a->truth_out, "Folder of the truth alone");
+  command.add_option("--calibration-out", a->calibration_out, "File of the rig's calibration");
+  command.add_flag("--json", a->json, "Report on --out as JSON");
+  command.runs([a] { run_twin(*a); });
 }
 
 }  // namespace lamella::apps

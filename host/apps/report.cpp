@@ -6,6 +6,8 @@
 #include <charconv>
 #include <cstdlib>
 
+#include "io/json_tree.h"
+
 namespace lamella::apps {
 
 namespace {
@@ -25,12 +27,11 @@ void drop_noise(nlohmann::ordered_json* value) {
 void print_json(const nlohmann::ordered_json& report) {
   nlohmann::ordered_json tidy = report;
   drop_noise(&tidy);
-  fmt::print("{}\n", tidy.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+  fmt::print("{}\n", json_text(tidy, 2));
 }
 
 std::string printable(const std::string& text) {
-  using nlohmann::json;
-  return json::parse(json(text).dump(-1, ' ', false, json::error_handler_t::replace));
+  return json_tree(json_text(nlohmann::json(text), -1));
 }
 
 std::string one_line(const std::string& text) {
@@ -41,15 +42,11 @@ std::string one_line(const std::string& text) {
   return line;
 }
 
-CLI::Validator whole_number() {
-  return CLI::Validator(
-      [](const std::string& text) -> std::string {
-        uint64_t value = 0;
-        const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
-        if (failure == std::errc() && end == text.data() + text.size()) return "";
-        return "\"" + text + "\" is no whole number from 0 to 18446744073709551615";
-      },
-      "");
+std::string fault_of_whole_number(const std::string& text) {
+  uint64_t value = 0;
+  const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (failure == std::errc() && end == text.data() + text.size()) return "";
+  return "\"" + text + "\" is no whole number from 0 to 18446744073709551615";
 }
 
 }  // namespace lamella::apps

@@ -1,7 +1,6 @@
 // How every command reports to a program, and what several of them take as arguments.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -16,7 +15,8 @@ std::string printable(const std::string& text);
 // `text` of a rig or a file on one line of a terminal, with nothing in it that a terminal obeys.
 std::string one_line(const std::string& text);
 
-// A whole number from 0 to 2^64 - 1; CLI11 alone takes "-1" for the largest of them.
-CLI::Validator whole_number();
+// What keeps `text` from being a whole number from 0 to 2^64 - 1, empty where nothing does. CLI11
+// alone takes "-1" for the largest of them.
+std::string fault_of_whole_number(const std::string& text);
 
 }  // namespace lamella::apps

@@ -9,6 +9,7 @@
 #include "apps/run_lamella.h"
 #include "io/fake_rig.h"
 #include "io/fake_session.h"
+#include "io/json_tree.h"
 #include "io/labels.h"
 #include "io/whole_file.h"
 
@@ -28,9 +29,9 @@ struct Spoilt {
 void PrintTo(const Spoilt& spoilt, std::ostream* out) { *out << spoilt.name; }
 
 void edit(const fs::path& session, const std::function<void(json*)>& change) {
-  json manifest = json::parse(read_text(session / "session.json"));
+  json manifest = json_tree(read_text(session / "session.json"));
   change(&manifest);
-  std::ofstream(session / "session.json") << manifest.dump(1);
+  std::ofstream(session / "session.json") << json_text(manifest, 1);
 }
 
 // A case that changes the manifest alone.
@@ -344,7 +345,7 @@ TEST_F(Command, CapturesWholeAndLetsTheRigForgetOnlyThen) {
   const Outcome outcome =
       run_lamella({"capture", "--rig", rig.address(), "--out", in("s"), "--json"});
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_EQ(json::parse(outcome.out)["frames"], 40);
+  EXPECT_EQ(json_tree(outcome.out)["frames"], 40);
   EXPECT_EQ(rig.acknowledged().size(), 40u);
   EXPECT_TRUE(fs::exists(at("s/session.json")));
   EXPECT_TRUE(fs::exists(at("s/timing.json")));
@@ -373,7 +374,7 @@ TEST_F(Command, RigStatusTellsAFaultAndRigAbortClearsIt) {
   EXPECT_EQ(run_lamella({"rig", "abort", "--rig", rig.address()}).exit_code, 0);
   const Outcome after = run_lamella({"rig", "status", "--rig", rig.address(), "--json"});
   EXPECT_EQ(after.exit_code, 0);
-  EXPECT_EQ(json::parse(after.out)["state"], "IDLE");
+  EXPECT_EQ(json_tree(after.out)["state"], "IDLE");
 }
 
 }  // namespace

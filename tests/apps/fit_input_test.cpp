@@ -6,6 +6,7 @@
 #include "apps/run_lamella.h"
 #include "io/fake_fit.h"
 #include "io/fake_session.h"
+#include "io/json_tree.h"
 #include "io/rig_message.h"
 #include "io/view.h"
 #include "io/whole_file.h"
@@ -67,7 +68,7 @@ TEST_F(FittedSession, IsReportedAsJsonToAProgram) {
     std::vector<std::string> command = commands()[i];
     command.push_back("--json");
     const Outcome outcome = run_lamella(command);
-    const auto report = nlohmann::json::parse(outcome.out);
+    const auto report = json_tree(outcome.out);
     EXPECT_EQ(report["file"], commands()[i].back());
     EXPECT_GT(report["seconds"], 0);
     EXPECT_EQ(outcome.err, "");

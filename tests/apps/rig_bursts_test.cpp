@@ -14,8 +14,10 @@
 #include "io/fake_rig.h"
 #include "io/fake_session.h"
 #include "io/json.h"
+#include "io/json_tree.h"
 #include "io/session.h"
 #include "io/shortfall.h"
+#include "io/whole_file.h"
 
 namespace lamella {
 namespace {
@@ -83,7 +85,7 @@ TEST_F(RigBursts, SyncMakesASessionAndOnlyThenTheRigForgetsTheBurst) {
   EXPECT_EQ(rig.acknowledged().size(), 40u);
   EXPECT_FALSE(rig.holds_burst());
   EXPECT_FALSE(fs::exists(out / ".fetching"));
-  const auto report = nlohmann::json::parse(outcome.out);
+  const auto report = json_tree(outcome.out);
   EXPECT_EQ(report["bursts"][0]["photographs_held"], 40);
   EXPECT_EQ(report["bursts"][0]["session"], (out / "burst-000042").string());
   EXPECT_EQ(sync(rig).exit_code, 0);  // nothing is held
@@ -143,7 +145,7 @@ TEST_F(RigBursts, ABurstThatTheRigCannotReadStaysThereAndDoesNotKeepTheNextFromB
   rig.hold(whole());
   const Outcome outcome = sync(rig);
   EXPECT_EQ(outcome.exit_code, 3) << outcome.err;
-  const auto bursts = nlohmann::json::parse(outcome.out)["bursts"];
+  const auto bursts = json_tree(outcome.out)["bursts"];
   ASSERT_EQ(bursts.size(), 2u);
   EXPECT_NE(bursts[0]["failed"].get<std::string>().find("cannot read burst 41"), std::string::npos);
   EXPECT_EQ(bursts[1]["failed"], "");
@@ -163,7 +165,7 @@ TEST_F(RigBursts, SyncOfABurstThatTheRigMarkedKeepsWhatThereIsAndSaysThatItCanno
   rig.hold(held);
   const Outcome outcome = sync(rig);
   EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
-  const auto report = nlohmann::json::parse(outcome.out)["bursts"][0];
+  const auto report = json_tree(outcome.out)["bursts"][0];
   EXPECT_NE(report["unfit"].get<std::string>().find("no DOTS CROSS"), std::string::npos);
   EXPECT_EQ(read_shortfall(out / "burst-000042"), "MARKED: step 7 dropped by a camera");
   v1::Session manifest;
@@ -275,8 +277,8 @@ TEST_F(RigBursts, SyncOfAPartialBurstKeepsWhatIsWholeWithTheReasonAndSaysSo) {
   rig.hold(partial());
   EXPECT_EQ(sync(rig).exit_code, 1);
   EXPECT_TRUE(fs::exists(out / "burst-000042.partial" / "session.json"));
-  std::ifstream note(out / "burst-000042.partial" / "burst.json");
-  EXPECT_EQ(nlohmann::json::parse(note)["why"], "the power went");
+  const std::string note = read_text(out / "burst-000042.partial" / "burst.json");
+  EXPECT_EQ(json_tree(note)["why"], "the power went");
   EXPECT_FALSE(rig.holds_burst());
 }
 

@@ -10,6 +10,7 @@
 #include "apps/counted.h"
 #include "apps/run_lamella.h"
 #include "io/fake_session.h"
+#include "io/json_tree.h"
 #include "io/whole_file.h"
 
 namespace lamella {
@@ -22,7 +23,7 @@ TEST(RigPlan, TellsOrderWaitsAndBudgetOfEveryRigThatShips) {
   for (const std::string name : {"sim", "slr", "machine_vision"}) {
     const Outcome outcome = run_lamella({"rig", "plan", "--rig-file", name, "--json"});
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-    const auto report = nlohmann::json::parse(outcome.out);
+    const auto report = json_tree(outcome.out);
     EXPECT_EQ(report["steps"].size(), 20u);
     double sum_us = 0;
     for (const auto& [term, us] : report["terms_us"].items()) sum_us += us.get<double>();

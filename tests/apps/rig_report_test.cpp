@@ -10,6 +10,7 @@
 #include "io/fake_rig.h"
 #include "io/fake_session.h"
 #include "io/json.h"
+#include "io/json_tree.h"
 #include "io/known_rigs.h"
 #include "link/rig_process.h"
 
@@ -128,7 +129,7 @@ TEST_F(RigReport, OfARigThatIsWellIsOneDocumentAndNothingElse) {
     }
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
     EXPECT_EQ(outcome.err, "");
-    EXPECT_TRUE(json::parse(outcome.out, nullptr, false).is_object()) << outcome.out;
+    EXPECT_TRUE(json_tree(outcome.out).is_object()) << outcome.out;
   }
 }
 
@@ -139,10 +140,10 @@ TEST_F(RigReport, OfARigInFaultIsItsStateAndALineThatSaysHowToClearIt) {
   const Outcome status = run_lamella({"rig", "status", "--rig", rig.address(), "--json"});
   expect_one_line(status, 1,
                   {rig.address(), "a camera missed a trigger", "lamella rig abort --rig"});
-  EXPECT_EQ(json::parse(status.out)["state"], "FAULT");
+  EXPECT_EQ(json_tree(status.out)["state"], "FAULT");
   const Outcome abort = run_lamella({"rig", "abort", "--rig", rig.address(), "--json"});
   EXPECT_EQ(abort.exit_code, 0) << abort.err;
-  EXPECT_EQ(json::parse(abort.out)["state"], "IDLE");
+  EXPECT_EQ(json_tree(abort.out)["state"], "IDLE");
 }
 
 TEST_F(RigReport, OfABadRigFileIsItsLineAndOfARefusedPlanThePlanAndTheRule) {
@@ -157,7 +158,7 @@ TEST_F(RigReport, OfABadRigFileIsItsLineAndOfARefusedPlanThePlanAndTheRule) {
   std::ofstream(refused) << text.replace(value, text.find('\n', key) - value, " 0.01");
   const Outcome plan = run_lamella({"rig", "plan", "--rig-file", refused, "--json"});
   expect_one_line(plan, 2, {"refused.rig", "the rig would not play this", "leds.highest_duty"});
-  EXPECT_NE(json::parse(plan.out)["refusal"], "");
+  EXPECT_NE(json_tree(plan.out)["refusal"], "");
 }
 
 TEST_F(RigReport, OfAnOutputThatCannotBeWrittenIsALineWithItsName) {
@@ -209,7 +210,7 @@ TEST_F(RigReport, OfASyncThatBreaksOffTellsTheBurstsBeforeItInOneDocument) {
   EXPECT_NE(outcome.complaints()[0].find("burst 41 was not fetched and stays where it is"),
             std::string::npos);
   EXPECT_NE(outcome.complaints()[1].find(".fetching"), std::string::npos);
-  const json report = json::parse(outcome.out);
+  const json report = json_tree(outcome.out);
   ASSERT_EQ(report["bursts"].size(), 1u);
   EXPECT_EQ(report["bursts"][0]["burst"], 41);
 }

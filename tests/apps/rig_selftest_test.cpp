@@ -10,6 +10,7 @@
 #include <regex>
 
 #include "apps/run_lamella.h"
+#include "io/json_tree.h"
 
 namespace lamella {
 namespace {
@@ -33,7 +34,7 @@ TEST(RigSelftest, AnInjectedFaultIsNamedAndEndsWithOne) {
   const Outcome run = run_lamella({"rig", "selftest", "--rig", "sim", "--only", "chain", "--inject",
                                    "missing-chip:2", "--json"});
   EXPECT_EQ(run.exit_code, 1) << run.err;
-  const auto report = nlohmann::json::parse(run.out);
+  const auto report = json_tree(run.out);
   EXPECT_GE(report.at("bad").get<int>(), 1);
   EXPECT_EQ(report.at("readings")[0].at("part"), "chain");
   EXPECT_EQ(report.at("readings")[0].at("value"), 6);

@@ -7,6 +7,7 @@
 
 #include "apps/process_child.h"
 #include "apps/run_lamella.h"
+#include "io/json_tree.h"
 #include "io/session.h"
 #include "io/whole_file.h"
 
@@ -87,7 +88,7 @@ TEST_F(EndToEnd, ABurstIsCapturedFittedComparedAndExported) {
   // else is.
   ASSERT_EQ(compared.exit_code, 1) << compared.err;
   EXPECT_NE(compared.err.find("no region forehead"), std::string::npos) << compared.err;
-  const auto figures = nlohmann::json::parse(compared.out);
+  const auto figures = json_tree(compared.out);
   for (const std::string problem : figures["problems"]) {
     EXPECT_NE(problem.find("no region"), std::string::npos) << problem;
   }

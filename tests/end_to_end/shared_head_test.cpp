@@ -6,6 +6,7 @@
 
 #include "apps/run_lamella.h"
 #include "io/fake_session.h"
+#include "io/json_tree.h"
 
 namespace lamella::testing {
 namespace {
@@ -51,7 +52,7 @@ TEST(SharedHead, IsRecoveredAsWellAsItWas) {
   for (const std::string& r : kRequired) arguments.insert(arguments.end(), {"--require", r});
   const Outcome compared = run_lamella(arguments);
   EXPECT_EQ(compared.exit_code, 0) << compared.err;
-  const json figures = json::parse(compared.out);
+  const json figures = json_tree(compared.out);
   ASSERT_EQ(figures["answered"].size(), 9u) << figures["answered"];
   for (const auto& [map, share] : figures["answered"].items()) EXPECT_GE(share, kAnswered) << map;
   EXPECT_LE(mean_over_channels(figures["shallow_albedo"]["error"]), kShallow);
