@@ -1,8 +1,9 @@
 // lamella fit SESSION: from the photographs to the layers.
-#include <fmt/core.h>
+#include <fmt/format.h>
 #include <tbb/parallel_invoke.h>
 
 #include <cstdio>
+#include <map>
 #include <memory>
 
 #include "apps/commands.h"
@@ -25,6 +26,19 @@ struct FitArguments {
   bool json = false;
 };
 
+// Of layers that were dropped, or are in doubt.
+void print_reasons(const v1::Layers& layers) {
+  std::string lines;
+  for (const v1::Region& r : layers.regions()) {
+    const std::map<std::string, std::string> by_layer(r.layers().why().begin(),
+                                                      r.layers().why().end());
+    for (const auto& [layer, why] : by_layer) {
+      lines += fmt::format("{}: {}: {}\n", r.name(), layer, why);
+    }
+  }
+  if (!lines.empty()) fmt::print("\n{}", lines);
+}
+
 void print_summary(const v1::Layers& layers, const fs::path& out, double total_s) {
   fmt::print("{:<12} {:>7} {:>17} {:>23} {:>23}\n", "region", "m (rad)", "l_d r g b (mm)",
              "alpha_dot r g b", "single r g b");
@@ -36,12 +50,15 @@ void print_summary(const v1::Layers& layers, const fs::path& out, double total_s
       fmt::print("    {:>6.4f} {:>6.4f} {:>6.4f}", r.deep().alpha_dot(0), r.deep().alpha_dot(1),
                  r.deep().alpha_dot(2));
     }
-    if (r.single().amplitude_size() == 3) {
+    if (r.single().amplitude_size() == 3 && r.layers().single()) {
       fmt::print("    {:>6.4f} {:>6.4f} {:>6.4f}", r.single().amplitude(0), r.single().amplitude(1),
                  r.single().amplitude(2));
+    } else if (r.has_single()) {
+      fmt::print("    {:>20}", "not fitted");
     }
     fmt::print("\n");
   }
+  print_reasons(layers);
   fmt::print("\nwrote {} in {:.2f} s\n", out.string(), total_s);
 }
 
@@ -52,6 +69,19 @@ bool warn_of_poor_data(const SessionCheck& check) {
     if (line.grade != Grade::kPoor) continue;
     fmt::print(stderr, "lamella: warning: below the quality asked: {}: {}\n", line.name, line.text);
     any = true;
+  }
+  return any;
+}
+
+// A figure at its bound is a figure still, and its deviation says what it is worth; a layer that
+// could not be judged is one that was asked for and is not there. Returns whether there is any.
+bool warn_of_doubt(const std::vector<fit::DoubtedLayer>& doubted) {
+  bool any = false;
+  for (const fit::DoubtedLayer& layer : doubted) {
+    const bool is_below = layer.doubt == fit::Doubt::kNotJudged;
+    fmt::print(stderr, "lamella: warning: {}{}\n", is_below ? "below the quality asked: " : "",
+               layer.text);
+    any = any || is_below;
   }
   return any;
 }
@@ -89,7 +119,8 @@ int run_fit(const FitArguments& args) {
     print_summary(fit.layers, out, watch.seconds());
   }
   std::fflush(stdout);
-  return warn_of_poor_data(fit.check) ? 1 : 0;
+  const bool is_poor = warn_of_poor_data(fit.check);
+  return warn_of_doubt(fit.doubted) || is_poor ? 1 : 0;
 }
 
 }  // namespace

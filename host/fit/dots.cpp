@@ -62,6 +62,15 @@ std::array<double, 3> shallow_share(const Burst& burst, const Separation& separa
   return share;
 }
 
+// "blue's alpha_dot, 0.02, is the fit's own bound".
+void add_bound(const std::string& at_bound, size_t channel, std::string* why, Doubt* doubt) {
+  static constexpr std::array<const char*, 3> kChannels{"red", "green", "blue"};
+  if (at_bound.empty()) return;
+  *why += (why->empty() ? "" : "; ") + std::string(kChannels[channel]) + "'s " + at_bound +
+          ", is the fit's own bound";
+  *doubt = Doubt::kAtBound;
+}
+
 void fit_channel(const std::vector<const KernelEquations*>& dots, double share, size_t c,
                  RegionScattering* region) {
   KernelEquations all;
@@ -82,9 +91,14 @@ void fit_channel(const std::vector<const KernelEquations*>& dots, double share, 
   region->shallow_ld_mm[c] = layers.shallow_ld_mm;
   region->shallow_ld_mm_stddev[c] = layers.shallow_ld_mm_stddev;
   region->shallow_rms[c] = layers.shallow_rms;
+  add_bound(layers.deep_at_bound, c, &region->deep_why, &region->deep_doubt);
+  if (region->shallow_fitted) {
+    add_bound(layers.shallow_at_bound, c, &region->shallow_why, &region->shallow_doubt);
+  }
   if (!layers.shallow_fitted) {
     region->shallow_fitted = false;
     region->shallow_why = layers.shallow_why;
+    region->shallow_doubt = Doubt::kNone;
   }
 }
 
@@ -114,6 +128,7 @@ void borrow(const Labels& labels, size_t index, std::vector<RegionScattering>* r
   taken.deep_why = all > 0 ? "no dot of the pattern lies on it: its neighbours' values"
                            : "no dot of the pattern could be measured on any region";
   taken.shallow_why = taken.deep_why;
+  taken.deep_doubt = taken.shallow_doubt = Doubt::kNotJudged;
   for (size_t i = 0; i < regions->size(); ++i) {
     if (!fitted(i)) continue;
     const RegionScattering& from = (*regions)[i];

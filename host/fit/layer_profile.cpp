@@ -1,6 +1,7 @@
 #include "fit/layer_profile.h"
 
 #include <ceres/ceres.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <limits>
@@ -23,6 +24,16 @@ constexpr double kHighestAlpha = 0.9999, kLowestAlpha = 0.02;
 constexpr double kShortestShallowLd_mm = 0.1, kLongestShallowLd_mm = 4;
 constexpr double kSmallestShare = 0.02;  // a layer with less is within the noise
 constexpr double kSmallestTotal = 0.01;  // a slab that reflects less is outside diffusion
+
+// "alpha, 0.02" where a value stands at either of its bounds.
+std::string at_bound(const char* name, double value, double low, double high, const char* unit) {
+  constexpr double kNearly = 1e-4;
+  for (double bound : {low, high}) {
+    if (std::abs(value - bound) <= kNearly * bound)
+      return fmt::format("{}, {:g}{}", name, bound, unit);
+  }
+  return "";
+}
 
 struct Sample {
   double r_mm, value, weight;
@@ -172,6 +183,13 @@ LayeredProfile profile_at(const std::vector<LayeredResidual>& residuals, Layered
   profile.alpha_dot = model::alpha_from_s(at.deep_s);
   profile.shallow_alpha = model::alpha_from_s(at.shallow_s);
   profile.shallow_ld_mm = std::exp(at.log_shallow_ld);
+  profile.deep_at_bound = at_bound("alpha_dot", profile.alpha_dot, kLowestAlpha, kHighestAlpha, "");
+  profile.shallow_at_bound =
+      at_bound("alpha", profile.shallow_alpha, kLowestAlpha, kHighestAlpha, "");
+  if (profile.shallow_at_bound.empty()) {
+    profile.shallow_at_bound =
+        at_bound("l_d", profile.shallow_ld_mm, kShortestShallowLd_mm, kLongestShallowLd_mm, " mm");
+  }
   profile.alpha_dot_stddev = 2 * at.deep_s / 3 * stddev_of(&problem, &at.deep_s);
   profile.shallow_alpha_stddev = 2 * at.shallow_s / 3 * stddev_of(&problem, &at.shallow_s);
   profile.shallow_ld_mm_stddev = profile.shallow_ld_mm * stddev_of(&problem, &at.log_shallow_ld);
@@ -220,6 +238,7 @@ DeepProfile fit_deep_profile(const GaussianBasis::Weights& kernel) {
   DeepProfile deep;
   deep.ld_mm = std::exp(log_ld);
   deep.ld_mm_stddev = deep.ld_mm * stddev_of(&problem, &log_ld);
+  deep.at_bound = at_bound("l_d", deep.ld_mm, kShortestDeepLd_mm, kLongestDeepLd_mm, " mm");
   deep.transport_mm = std::min(std::exp(log_transport), 1.7 * deep.ld_mm);
   double weight = 0;
   for (const Sample& sample : samples) weight += sample.weight * sample.weight;
@@ -240,6 +259,7 @@ LayeredProfile fit_layered_profile(const GaussianBasis::Weights& kernel, const D
   LayeredProfile profile =
       profile_at(residuals, fit_parameters(residuals, deep.transport_mm / deep.ld_mm));
   profile.deep_rms = deep.rms;
+  if (!deep.at_bound.empty()) profile.deep_at_bound = deep.at_bound;
   judge_shallow(shallow_share, thickness_mm, &profile);
   return profile;
 }

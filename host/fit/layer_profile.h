@@ -12,6 +12,7 @@ struct DeepProfile {
   double ld_mm = 0, ld_mm_stddev = 0;
   double transport_mm = 0;  // z_r, which sets alpha' = 1 - (z_r/l_d)^2/3
   double rms = 0;           // of the logarithm, weighted by the light
+  std::string at_bound;     // "l_d, 50 mm": what stands at its bound; empty: nothing
 };
 
 // Dipole of free amplitude to the tail of a kernel, 1 to 8 mm. alpha', l_d and amplitude cannot all
@@ -25,6 +26,7 @@ struct LayeredProfile {
   double deep_rms = 0, shallow_rms = 0;  // relative, weighted by the light
   bool shallow_fitted = false;
   std::string shallow_why;
+  std::string deep_at_bound, shallow_at_bound;  // as above
 };
 
 // Deep dipole of mean free path `ld_mm` and shallow multipole together, to the whole kernel; their

@@ -3,8 +3,10 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "calib/check.h"
+#include "fit/doubt.h"
 #include "io/layer_maps.h"
 #include "io/session.h"
 
@@ -16,9 +18,16 @@ enum class Step { kLinearise, kGeometry, kNormals, kSpecular, kSeparate, kScatte
 // Throws Error that lists the names where `name` is none of them.
 Step step_from_name(const std::string& name);
 
+// What is said of one layer of one region: "eyelids: single: cannot be judged ...".
+struct DoubtedLayer {
+  std::string text;
+  Doubt doubt;
+};
+
 struct LayeredFit {
   LayerMaps maps;
   v1::Layers layers;
+  std::vector<DoubtedLayer> doubted;
   SessionCheck check;  // its poor lines are what to expect less of the fit for
 };
 

@@ -22,6 +22,9 @@ constexpr double kScaleSigma = 0.02;         // of the lobe's integral, 1 by def
 constexpr float kPeakCosine = 0.98480775f;   // 10 degrees
 constexpr int kEnoughAtPeak = 5;             // samples within them
 constexpr double kTypicalWidth = 0.3;        // of a forehead
+constexpr double kTypicalSingle = 0.06;      // amplitude of skin, about the same in all channels
+constexpr double kSeen = 9;                  // sum of squares of sigmas: three of them
+constexpr double kSurelySeen = 25;           // five: three of them are still seen with 98 %
 
 struct Equations {
   cv::Matx<double, kUnknowns, kUnknowns> m;
@@ -186,10 +189,39 @@ void widen_single(RegionFit* fit) {
   for (size_t c = 0; c < 3; ++c) widen(fit->single.amplitude[c], &fit->single.amplitude_stddev[c]);
 }
 
+// Where a typical amplitude would surely have shown itself, one that does not is not there; where
+// it would not, nobody can tell.
+void judge_single(int samples, RegionSingle* single) {
+  double squares = 0, typical_squares = 0;
+  for (size_t c = 0; c < 3; ++c) {
+    const double sigma = std::max(1e-9, single->amplitude_stddev[c]);
+    const double seen = std::max(0.0, single->amplitude[c] / sigma);
+    squares += seen * seen;
+    typical_squares += kTypicalSingle * kTypicalSingle / (sigma * sigma);
+  }
+  single->fitted = squares > kSeen;
+  if (single->fitted) return;
+  if (typical_squares > kSurelySeen) {
+    single->why = "within the noise (below 3 sigma)";
+  } else {
+    const std::array<double, 3>& a = single->amplitude;
+    const std::array<double, 3>& s = single->amplitude_stddev;
+    single->doubt = Doubt::kNotJudged;
+    single->why = fmt::format(
+        "cannot be judged from {} usable pixels: {:.3f} {:.3f} {:.3f} is within a noise of {:.3f} "
+        "{:.3f} {:.3f} that hides skin's {:g} too; taken as none",
+        samples, a[0], a[1], a[2], s[0], s[1], s[2], kTypicalSingle);
+  }
+  single->amplitude = {0, 0, 0};
+}
+
 void set_reasons(const Equations& own, bool found, RegionFit* fit) {
+  fit->lobe.why = fit->single.why = "";  // of fewer samples
+  fit->lobe.doubt = fit->single.doubt = Doubt::kNone;
   if (own.in_cone < kEnoughInCone || own.at_peak < kEnoughAtPeak) widen_lobe(fit);
   if (own.in_cone < kEnoughInCone) widen_single(fit);
   fit->lobe.fitted = found;
+  if (own.in_cone < kEnoughInCone) fit->lobe.doubt = Doubt::kNotJudged;
   if (!found) {
     fit->lobe.why = "no surface reflection in FRONT: a typical lobe stands in";
   } else if (own.in_cone < kEnoughInCone) {
@@ -199,16 +231,7 @@ void set_reasons(const Equations& own, bool found, RegionFit* fit) {
     fit->lobe.why = fmt::format(
         "only {} usable pixels within 10 degrees: the peak follows from the flank", own.at_peak);
   }
-  double squares = 0;
-  for (size_t c = 0; c < 3; ++c) {
-    const double s = fit->single.amplitude[c] / std::max(1e-9, fit->single.amplitude_stddev[c]);
-    squares += s > 0 ? s * s : 0;
-  }
-  fit->single.fitted = squares > 9;
-  if (!fit->single.fitted) {
-    fit->single.why = "within the noise (below 3 sigma)";
-    fit->single.amplitude = {0, 0, 0};
-  }
+  judge_single(own.samples, &fit->single);
 }
 
 // Median of c, mean diffuse reflectance.

@@ -14,8 +14,17 @@ void put(Values* to, const Sequence& from) {
   to->Add(from.begin(), from.end());
 }
 
-void put_why(v1::LayerChoice* choice, const std::string& layer, const std::string& why) {
-  if (!why.empty()) (*choice->mutable_why())[layer] = why;
+struct Reason {
+  const char* layer;
+  const std::string& why;
+  Doubt doubt;
+};
+
+void put_why(const Reason& reason, v1::Region* region, LayeredFit* fit) {
+  if (reason.why.empty()) return;
+  (*region->mutable_layers()->mutable_why())[reason.layer] = reason.why;
+  if (reason.doubt == Doubt::kNone) return;
+  fit->doubted.push_back({region->name() + ": " + reason.layer + ": " + reason.why, reason.doubt});
 }
 
 // 1 for a perfect measurement, 1/2 at the sigma above, 0 where there is none.
@@ -89,7 +98,7 @@ void report_specular(const SpecularFit& specular, LayeredFit* fit) {
     v1::LayerChoice* choice = region->mutable_layers();
     const RegionLobe& lobe = specular.lobes[size_t(i)];
     choice->set_specular(lobe.fitted);
-    put_why(choice, "specular", lobe.why);
+    put_why({"specular", lobe.why, lobe.doubt}, region, fit);
     if (!lobe.theta_rad.empty()) {
       v1::SpecularLobe* out = region->mutable_specular();
       put(out->mutable_theta(), lobe.theta_rad);
@@ -100,7 +109,7 @@ void report_specular(const SpecularFit& specular, LayeredFit* fit) {
     }
     const RegionSingle& single = specular.single[size_t(i)];
     choice->set_single(single.fitted);
-    put_why(choice, "single", single.why);
+    put_why({"single", single.why, single.doubt}, region, fit);
     put(region->mutable_single()->mutable_amplitude(), single.amplitude);
     put(region->mutable_single()->mutable_amplitude_stddev(), single.amplitude_stddev);
   }
@@ -131,8 +140,8 @@ void report_scattering(const Scattering& scattering, LayeredFit* fit) {
     v1::LayerChoice* choice = region->mutable_layers();
     choice->set_deep(from.deep_fitted);
     choice->set_shallow(from.shallow_fitted);
-    put_why(choice, "deep", from.deep_why);
-    put_why(choice, "shallow", from.shallow_why);
+    put_why({"deep", from.deep_why, from.deep_doubt}, region, fit);
+    put_why({"shallow", from.shallow_why, from.shallow_doubt}, region, fit);
     if (from.ld_mm[0] > 0) put_deep(from, region);
     if (from.shallow_ld_mm[0] > 0) put_shallow(from, region);
   }

@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "fit/doubt.h"
 #include "fit/normals.h"
 
 namespace lamella::fit {
@@ -18,6 +19,7 @@ struct Separation {
 struct RegionScattering {
   bool deep_fitted = false, shallow_fitted = false;
   std::string deep_why, shallow_why;
+  Doubt deep_doubt = Doubt::kNone, shallow_doubt = Doubt::kNone;
   std::array<double, 3> ld_mm{}, ld_mm_stddev{}, alpha_dot{}, alpha_dot_stddev{}, deep_rms{};
   std::array<double, 3> shallow_alpha{}, shallow_alpha_stddev{}, shallow_ld_mm{},
       shallow_ld_mm_stddev{}, shallow_rms{};

@@ -4,13 +4,15 @@
 
 #include <string>
 
+#include "fit/doubt.h"
 #include "fit/normals.h"
 
 namespace lamella::fit {
 
 struct RegionLobe {
   bool fitted = false;
-  std::string why;                  // where not fitted
+  std::string why;  // where not fitted, or in doubt
+  Doubt doubt = Doubt::kNone;
   std::vector<double> theta_rad;    // 0 to pi/4
   std::vector<double> p, p_stddev;  // per steradian, integral of p cos over the hemisphere is 1
   double gaussian_m = 0, gaussian_m_stddev = 0;
@@ -19,6 +21,7 @@ struct RegionLobe {
 struct RegionSingle {
   bool fitted = false;
   std::string why;
+  Doubt doubt = Doubt::kNone;
   std::array<double, 3> amplitude{}, amplitude_stddev{};  // alpha (1-g)/(1+g)^2
 };
 

@@ -1,12 +1,17 @@
 // fit judges the photographs as check does: what check calls unusable is refused for the same
-// reason, what it calls poor is fitted with a warning and exit 1.
+// reason, what it calls poor is fitted with a warning and exit 1. So is a layer that cannot be
+// judged; a figure at its bound is only named.
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <opencv2/imgcodecs.hpp>
+#include <sstream>
 
 #include "apps/run_lamella.h"
 #include "io/fake_session.h"
+#include "io/json.h"
 #include "io/session.h"
+#include "layers.pb.h"
 
 namespace lamella {
 namespace {
@@ -28,15 +33,61 @@ class FitCommand : public ::testing::Test {
     write_exr_rgb(file, image);
   }
 
+  void shrink_lips_to_a_speck() const {
+    const std::string file = (session() / "regions.png").string();
+    cv::Mat1b labels = cv::imread(file, cv::IMREAD_UNCHANGED);
+    labels.setTo(1, labels == 2);
+    labels(cv::Rect(48, 90, 3, 3)) = uchar(2);
+    cv::imwrite(file, labels);
+  }
+
+  // "lips: deep: ..." of every region and layer that layers.json gives one for.
+  std::set<std::string> reasons_of_report() const {
+    v1::Layers layers;
+    read_json(session() / "fit/layers.json", &layers);
+    std::set<std::string> reasons;
+    for (const v1::Region& region : layers.regions()) {
+      for (const auto& [layer, why] : region.layers().why()) {
+        reasons.insert(region.name() + ": " + layer + ": " + why);
+      }
+    }
+    return reasons;
+  }
+
   Outcome run(const char* command) const { return run_lamella({command, session().string()}); }
 
   testing::ScratchFolder scratch_;
 };
 
-TEST_F(FitCommand, FitsAGoodSessionWithoutAWord) {
+// Too coarse for the dots, the fake session takes figures of its layers to their bounds. Which,
+// hangs on noise; there is no other word.
+TEST_F(FitCommand, FitsAGoodSessionAndNamesOnlyFiguresThatStandAtTheirBounds) {
   const Outcome fit = run("fit");
   EXPECT_EQ(fit.exit_code, 0);
-  EXPECT_EQ(fit.err, "");
+  EXPECT_NE(fit.err, "");
+  const std::string warning = "lamella: warning: ", end = ", is the fit's own bound";
+  const std::set<std::string> reasons = reasons_of_report();
+  std::istringstream lines(fit.err);
+  for (std::string line; std::getline(lines, line);) {
+    ASSERT_TRUE(line.starts_with(warning) && line.ends_with(end)) << line;
+    const std::string named = line.substr(warning.size());
+    EXPECT_NE(fit.out.find("\n" + named + "\n"), std::string::npos) << named << "\n" << fit.out;
+    EXPECT_EQ(reasons.count(named), 1u) << named;
+  }
+}
+
+TEST_F(FitCommand, FitsARegionWithoutADotWithAWarningAndExitsWithOne) {
+  shrink_lips_to_a_speck();
+  const Outcome fit = run("fit");
+  EXPECT_EQ(run("check").exit_code, 0);
+  EXPECT_EQ(fit.exit_code, 1);
+  const std::string named = "lips: deep: no dot of the pattern lies on it: its neighbours' values";
+  EXPECT_NE(fit.err.find("lamella: warning: below the quality asked: " + named + "\n"),
+            std::string::npos)
+      << fit.err;
+  EXPECT_TRUE(fit.complaints().empty()) << fit.err;
+  EXPECT_NE(fit.out.find("\n" + named + "\n"), std::string::npos) << fit.out;
+  EXPECT_EQ(reasons_of_report().count(named), 1u);
 }
 
 TEST_F(FitCommand, RefusesForTheReasonOfCheckAndLeavesNothing) {

@@ -121,6 +121,7 @@ TEST(Dots, RegionWithoutOneBorrowsItsNeighboursAndSaysSo) {
   ASSERT_EQ(fit.regions.size(), 2u);
   EXPECT_FALSE(fit.regions[1].deep_fitted);
   EXPECT_NE(fit.regions[1].deep_why.find("no dot"), std::string::npos);
+  EXPECT_EQ(fit.regions[1].deep_doubt, Doubt::kNotJudged);
   EXPECT_NEAR(fit.regions[1].ld_mm[0], fit.regions[0].ld_mm[0], 1e-6);
   EXPECT_GT(fit.regions[1].ld_mm_stddev[0], fit.regions[0].ld_mm_stddev[0]);
 }
@@ -162,6 +163,24 @@ TEST(LayeredProfile, DeepAndShallowTogetherIntegrateToTheKernel) {
     light += r * r * truth;
   }
   EXPECT_LT(difference / light, 0.25);
+}
+
+TEST(LayeredProfile, SaysWhichFigureStandsAtItsBound) {
+  EXPECT_EQ(fit_deep_profile(exponential_kernel(10)).at_bound, "l_d, 50 mm");
+  const GaussianBasis::Weights kernel = exponential_kernel(0.8);
+  const DeepProfile deep = fit_deep_profile(kernel);
+  EXPECT_EQ(deep.at_bound, "");
+  const LayeredProfile even = fit_layered_profile(kernel, deep, 0.5, 0.5);
+  EXPECT_EQ(even.deep_at_bound, "");
+  EXPECT_EQ(even.shallow_at_bound, "");
+  const LayeredProfile little_shallow = fit_layered_profile(kernel, deep, 0.2, 0.5);
+  ASSERT_NEAR(little_shallow.shallow_ld_mm, 0.1, 1e-5);
+  EXPECT_EQ(little_shallow.deep_at_bound, "");
+  EXPECT_EQ(little_shallow.shallow_at_bound, "l_d, 0.1 mm");
+  const LayeredProfile little_deep = fit_layered_profile(kernel, deep, 0.8, 0.5);
+  ASSERT_NEAR(little_deep.alpha_dot, 0.02, 1e-5);
+  EXPECT_EQ(little_deep.deep_at_bound, "alpha_dot, 0.02");
+  EXPECT_EQ(little_deep.shallow_at_bound, "");
 }
 
 TEST(LayeredProfile, ShallowLayerThatTheStripesDoNotSeeIsDroppedWithAReason) {

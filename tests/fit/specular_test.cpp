@@ -86,6 +86,24 @@ TEST(Specular, FindsNothingInNoiseAndSaysSo) {
   EXPECT_LT(mean_over(fit.intensity, sphere.burst.regions, 1), 0.01);
 }
 
+// The skin of the speck is that of the rest: to say that nothing is there would be wrong.
+TEST(Specular, SingleScatteringOfASpeckIsNotJudgedAndSaysOfHowManyPixelsAndAgainstWhatNoise) {
+  const std::vector<SyntheticSkin> skins(2, SyntheticSkin{});
+  const auto speck = [](float x, float y) {
+    return std::abs(x - 0.3f) < 0.04f && std::abs(y) < 0.04f ? 2 : 1;
+  };
+  SyntheticSphere sphere = SpherePhotographer(12).photograph(skins, speck, true);
+  settle(&sphere);
+  const SpecularFit fit = fit_specular(sphere.burst, sphere.geometry, sphere.normals);
+  EXPECT_TRUE(fit.single[0].fitted);
+  EXPECT_EQ(fit.single[0].doubt, Doubt::kNone);
+  EXPECT_EQ(fit.lobes[1].doubt, Doubt::kNotJudged);
+  EXPECT_FALSE(fit.single[1].fitted);
+  EXPECT_EQ(fit.single[1].doubt, Doubt::kNotJudged);
+  EXPECT_NE(fit.single[1].why.find("usable pixels"), std::string::npos) << fit.single[1].why;
+  EXPECT_NE(fit.single[1].why.find("noise of"), std::string::npos) << fit.single[1].why;
+}
+
 TEST(Specular, ARegionWithTooFewPixelsBorrowsTheLobeOfTheFaceAndSaysSo) {
   const std::vector<SyntheticSkin> skins(2, SyntheticSkin{});
   const auto speck = [](float x, float y) {
