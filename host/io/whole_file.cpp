@@ -10,7 +10,7 @@
 #include <fstream>
 #include <iterator>
 #include <mutex>
-#include <regex>
+#include <optional>
 #include <vector>
 
 #include "base/error.h"
@@ -55,16 +55,39 @@ bool is_locked(const fs::path& folder) {
   return locked;
 }
 
+// What beside() made of a path.
+struct Beside {
+  std::string name, kind;
+  pid_t pid;
+};
+
+// Takes "-" and one to nine digits from the end of `text`; nothing where there are none.
+std::optional<int> take_number(std::string* text) {
+  const size_t dash = text->rfind('-');
+  if (dash == std::string::npos) return {};
+  const std::string digits = text->substr(dash + 1);
+  const bool all = digits.find_first_not_of("0123456789") == std::string::npos;
+  if (digits.empty() || digits.size() > 9 || !all) return {};
+  text->resize(dash);
+  return std::stoi(digits);
+}
+
+std::optional<Beside> read_beside(std::string text) {
+  const auto count = take_number(&text), pid = take_number(&text);
+  const size_t dot = text.rfind('.');
+  if (!count || !pid || text[0] != '.' || dot < 2) return {};
+  const Beside read{text.substr(1, dot - 1), text.substr(dot + 1), pid_t(*pid)};
+  if (read.kind != kUnderWay && read.kind != kReplaced) return {};
+  return read;
+}
+
 bool is_abandoned(const fs::directory_entry& entry) {
-  static const std::regex names("\\.(.+)\\.(part|old)-([0-9]{1,9})-[0-9]{1,9}");
-  const std::string name = entry.path().filename().string();
-  std::smatch part;
-  if (!std::regex_match(name, part, names)) return false;
-  if (entry.symlink_status().type() != fs::file_type::directory) return false;
+  const auto read = read_beside(entry.path().filename().string());
+  if (!read || entry.symlink_status().type() != fs::file_type::directory) return false;
   // What is to be replaced is all there is until the new one is in its place.
-  const fs::path place = entry.path().parent_path() / part[1].str();
-  if (part[2] == kReplaced && !fs::exists(place)) return false;
-  return !is_running(pid_t(std::stol(part[3]))) && !is_locked(entry.path());
+  const fs::path place = entry.path().parent_path() / read->name;
+  if (read->kind == kReplaced && !fs::exists(place)) return false;
+  return !is_running(read->pid) && !is_locked(entry.path());
 }
 
 // Makes `folder` and those above it; returns the outermost that was not there, or nothing.
