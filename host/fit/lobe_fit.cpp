@@ -23,6 +23,7 @@ constexpr float kPeakCosine = 0.98480775f;   // 10 degrees
 constexpr int kEnoughAtPeak = 5;             // samples within them
 constexpr double kTypicalWidth = 0.3;        // of a forehead
 constexpr double kTypicalSingle = 0.06;      // amplitude of skin, about the same in all channels
+constexpr double kTooMuchSingle = 3;         // times the typical: more than any skin has
 constexpr double kSeen = 9;                  // sum of squares of sigmas: three of them
 constexpr double kSurelySeen = 25;           // five: three of them are still seen with 98 %
 
@@ -156,7 +157,7 @@ void set_deviations(const Blocks& blocks, const Equations& face, RegionFit* fit)
     Equations rest = all;
     rest.add(left_out, -1);
     RegionFit without = *fit;
-    if (!apply(solve(rest, face), &without)) continue;
+    apply(solve(rest, face), &without);  // where that shows no lobe, it keeps the region's
     set_table(&without);
     const auto square = [](double d) { return d * d * (kBlocks - 1) / kBlocks; };
     for (size_t i = 0; i < variance.size(); ++i) {
@@ -215,10 +216,29 @@ void judge_single(int samples, RegionSingle* single) {
   single->amplitude = {0, 0, 0};
 }
 
+// All that FRONT has is then put down to single scattering, that of the surface too; c follows, at
+// 0.
+bool takes_lobe_for_single(const RegionFit& fit) {
+  const std::array<double, 3>& a = fit.single.amplitude;
+  return std::max({a[0], a[1], a[2]}) > kTooMuchSingle * kTypicalSingle;
+}
+
+void refuse_single(RegionFit* fit) {
+  const std::array<double, 3>& a = fit->single.amplitude;
+  fit->lobe.doubt = fit->single.doubt = Doubt::kNotJudged;
+  fit->single.fitted = false;
+  fit->single.why = fmt::format(
+      "cannot be told from surface reflection: FRONT shows no lobe, and {:.3f} {:.3f} {:.3f} is "
+      "more "
+      "than skin's {:g}; taken as none",
+      a[0], a[1], a[2], kTypicalSingle);
+  fit->single.amplitude = {0, 0, 0};
+}
+
 void set_reasons(const Equations& own, bool found, RegionFit* fit) {
   fit->lobe.why = fit->single.why = "";  // of fewer samples
   fit->lobe.doubt = fit->single.doubt = Doubt::kNone;
-  if (own.in_cone < kEnoughInCone || own.at_peak < kEnoughAtPeak) widen_lobe(fit);
+  if (!found || own.in_cone < kEnoughInCone || own.at_peak < kEnoughAtPeak) widen_lobe(fit);
   if (own.in_cone < kEnoughInCone) widen_single(fit);
   fit->lobe.fitted = found;
   if (own.in_cone < kEnoughInCone) fit->lobe.doubt = Doubt::kNotJudged;
@@ -232,6 +252,7 @@ void set_reasons(const Equations& own, bool found, RegionFit* fit) {
         "only {} usable pixels within 10 degrees: the peak follows from the flank", own.at_peak);
   }
   judge_single(own.samples, &fit->single);
+  if (!found && takes_lobe_for_single(*fit)) refuse_single(fit);
 }
 
 // Median of c, mean diffuse reflectance.

@@ -104,6 +104,24 @@ TEST(Specular, SingleScatteringOfASpeckIsNotJudgedAndSaysOfHowManyPixelsAndAgain
   EXPECT_NE(fit.single[1].why.find("noise of"), std::string::npos) << fit.single[1].why;
 }
 
+// What FRONT has of the lobe would be taken for single scattering, seven times too much of it.
+TEST(Specular, SingleScatteringIsNotJudgedWhereNoiseHidesTheLobeInFront) {
+  const std::vector<SyntheticSkin> skins(2, SyntheticSkin{});
+  const auto patch = [](float x, float y) {
+    return std::abs(x - 0.3f) < 0.12f && std::abs(y) < 0.12f ? 2 : 1;
+  };
+  SyntheticSphere sphere = SpherePhotographer(12).photograph(skins, patch, true);
+  settle(&sphere);
+  const SpecularFit fit = fit_specular(sphere.burst, sphere.geometry, sphere.normals);
+  ASSERT_FALSE(fit.lobes[1].fitted);
+  EXPECT_EQ(fit.lobes[1].doubt, Doubt::kNotJudged);
+  EXPECT_GT(fit.lobes[1].gaussian_m_stddev, 0);
+  EXPECT_FALSE(fit.single[1].fitted);
+  EXPECT_EQ(fit.single[1].doubt, Doubt::kNotJudged);
+  EXPECT_EQ(fit.single[1].amplitude[0], 0);
+  EXPECT_GT(fit.single[1].amplitude_stddev[0], 0);
+}
+
 TEST(Specular, ARegionWithTooFewPixelsBorrowsTheLobeOfTheFaceAndSaysSo) {
   const std::vector<SyntheticSkin> skins(2, SyntheticSkin{});
   const auto speck = [](float x, float y) {
