@@ -25,7 +25,7 @@ fs::path without_slash(const fs::path& path) {
 
 constexpr const char* kUnderWay = "part";
 constexpr const char* kReplaced = "old";
-constexpr const char* kLock = ".lock";  // in a folder that is under way
+constexpr const char* kLock = ".lock";  // in a folder that is under way, or to be removed
 
 // ".session.part-1234-0"; remove_abandoned() knows them by it.
 fs::path beside(const fs::path& path, const char* kind) {
@@ -49,7 +49,7 @@ bool is_running(pid_t pid) { return pid != getpid() && (kill(pid, 0) == 0 || err
 
 bool is_locked(const fs::path& folder) {
   const int fd = open((folder / kLock).c_str(), O_RDWR | O_CLOEXEC);
-  if (fd < 0) return errno != ENOENT;
+  if (fd < 0) return true;
   const bool locked = flock(fd, LOCK_EX | LOCK_NB) != 0;
   close(fd);
   return locked;
@@ -84,6 +84,7 @@ std::optional<Beside> read_beside(std::string text) {
 bool is_abandoned(const fs::directory_entry& entry) {
   const auto read = read_beside(entry.path().filename().string());
   if (!read || entry.symlink_status().type() != fs::file_type::directory) return false;
+  if (!fs::is_regular_file(entry.path() / kLock)) return false;  // somebody else's, of such a name
   // What is to be replaced is all there is until the new one is in its place.
   const fs::path place = entry.path().parent_path() / read->name;
   if (read->kind == kReplaced && !fs::exists(place)) return false;
@@ -214,6 +215,7 @@ WholeFolder::WholeFolder(fs::path place, const std::string& marker)
     : place_(without_slash(place)), temporary_(beside(place_, kUnderWay)) {
   if (place_.empty()) throw_bad_input("\"\"", "is no name of a folder");
   require_replaceable(place_, marker);
+  replaceable_ = fs::exists(place_) && !fs::is_empty(place_);
   try {
     first_made_ = begin_output(temporary_, place_.parent_path());
     fs::create_directory(temporary_);
@@ -240,7 +242,11 @@ void WholeFolder::commit() {
   const std::lock_guard lock(outputs_lock());
   std::error_code failed;
   const fs::path old = beside(place_, kReplaced);
-  const bool replaces = fs::exists(place_);
+  const bool replaces = fs::exists(place_) && !fs::is_empty(place_, failed);
+  if (replaces && !replaceable_) {
+    throw_bad_input(place_.string(), "was made by somebody else meanwhile, so it is not replaced",
+                    "choose another place");
+  }
   if (replaces) fs::rename(place_, old, failed);
   if (!failed) fs::rename(temporary_, place_, failed);
   if (failed) {
@@ -251,7 +257,9 @@ void WholeFolder::commit() {
   committed_ = true;
   fs::remove(place_ / kLock, failed);
   forget_output(temporary_);
-  if (replaces) fs::remove_all(old, failed);
+  if (!replaces) return;
+  close(lock_folder(old));  // from here on it may be removed by whoever finds it
+  fs::remove_all(old, failed);
 }
 
 std::string WholeFolder::in_place(const std::string& message) const {

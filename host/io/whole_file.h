@@ -41,6 +41,7 @@ class WholeFolder {
   fs::path temporary_;
   fs::path first_made_;  // outermost folder that had to be made for `place`; empty: none
   int lock_ = -1;        // tells other processes, on other computers too, that it is being filled
+  bool replaceable_ = false;  // something stood there when it was begun
   bool committed_ = false;
 };
 

@@ -241,6 +241,7 @@ fs::path killed_run_of(const fs::path& place) {
   waitpid(gone, nullptr, 0);
   const std::string name = "." + place.filename().string() + ".part-" + std::to_string(gone) + "-0";
   fs::create_directories(place.parent_path() / name / "frames");
+  std::ofstream(place.parent_path() / name / ".lock");
   return place.parent_path() / name;
 }
 

@@ -146,6 +146,7 @@ TEST(RemoveAbandoned, LeavesWhatAProcessStillFillsAndWhatIsNotOurs) {
   if (gone == 0) _exit(0);
   waitpid(gone, nullptr, 0);
   const std::string end = ".part-" + std::to_string(gone) + "-0";
+  fs::create_directories(scratch.path() / (".thesis" + end) / "chapter");
   fs::create_directories(scratch.path() / (".mine" + end + ".bak"));
   fs::create_directories(scratch.path() / ("mine" + end));
   fs::create_directories(scratch.path() / ".fetching");
@@ -156,6 +157,15 @@ TEST(RemoveAbandoned, LeavesWhatAProcessStillFillsAndWhatIsNotOurs) {
   const Names before = scratch.contents();
   EXPECT_EQ(remove_abandoned(scratch.path()), 0);
   EXPECT_EQ(scratch.contents(), before);
+}
+
+TEST(WholeFolder, ReplacesNothingThatWasNotThereWhenItWasBegun) {
+  const ScratchFolder scratch;
+  const fs::path place = scratch.path() / "session";
+  WholeFolder folder(place, "session.json");
+  write_whole_text(place / "session.json", "of another run");
+  EXPECT_TRUE(names(complaint([&] { folder.commit(); }), {place.string(), "meanwhile"}));
+  EXPECT_EQ(read_text(place / "session.json"), "of another run");
 }
 
 TEST(RemoveAbandoned, GoesByTheLockWhereTheProcessIsOneThatItCannotSee) {
