@@ -86,8 +86,8 @@ void run_twin(const TwinArguments& a) {
     std::signal(SIGINT, ask_to_stop);
     listener = std::make_unique<twin::LocalListener>(a.socket);
   }
-  std::optional<WholeFolder> session,
-      truth;  // places that cannot be are refused before the long work
+  // Places that cannot be are refused before the long work.
+  std::optional<WholeFolder> session, truth;
   if (!a.out.empty()) session.emplace(a.out, "session.json");
   if (!a.truth_out.empty()) truth.emplace(a.truth_out, "layers.json");
   const twin::Photographer photographer(subject_of(a));

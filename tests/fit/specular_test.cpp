@@ -86,15 +86,21 @@ TEST(Specular, FindsNothingInNoiseAndSaysSo) {
   EXPECT_LT(mean_over(fit.intensity, sphere.burst.regions, 1), 0.01);
 }
 
+// Of a sphere with a second region of the same skin, a square of twice `half_width`, beside its
+// middle.
+SpecularFit fit_with_patch(float half_width, double noise = 1) {
+  const std::vector<SyntheticSkin> skins(2, SyntheticSkin{});
+  const auto patch = [&](float x, float y) {
+    return std::abs(x - 0.3f) < half_width && std::abs(y) < half_width ? 2 : 1;
+  };
+  SyntheticSphere sphere = SpherePhotographer(noise).photograph(skins, patch, true);
+  settle(&sphere);
+  return fit_specular(sphere.burst, sphere.geometry, sphere.normals);
+}
+
 // The skin of the speck is that of the rest: to say that nothing is there would be wrong.
 TEST(Specular, SingleScatteringOfASpeckIsNotJudgedAndSaysOfHowManyPixelsAndAgainstWhatNoise) {
-  const std::vector<SyntheticSkin> skins(2, SyntheticSkin{});
-  const auto speck = [](float x, float y) {
-    return std::abs(x - 0.3f) < 0.04f && std::abs(y) < 0.04f ? 2 : 1;
-  };
-  SyntheticSphere sphere = SpherePhotographer(12).photograph(skins, speck, true);
-  settle(&sphere);
-  const SpecularFit fit = fit_specular(sphere.burst, sphere.geometry, sphere.normals);
+  const SpecularFit fit = fit_with_patch(0.04f, 12);
   EXPECT_TRUE(fit.single[0].fitted);
   EXPECT_EQ(fit.single[0].doubt, Doubt::kNone);
   EXPECT_EQ(fit.lobes[1].doubt, Doubt::kNotJudged);
@@ -106,13 +112,7 @@ TEST(Specular, SingleScatteringOfASpeckIsNotJudgedAndSaysOfHowManyPixelsAndAgain
 
 // What FRONT has of the lobe would be taken for single scattering, seven times too much of it.
 TEST(Specular, SingleScatteringIsNotJudgedWhereNoiseHidesTheLobeInFront) {
-  const std::vector<SyntheticSkin> skins(2, SyntheticSkin{});
-  const auto patch = [](float x, float y) {
-    return std::abs(x - 0.3f) < 0.12f && std::abs(y) < 0.12f ? 2 : 1;
-  };
-  SyntheticSphere sphere = SpherePhotographer(12).photograph(skins, patch, true);
-  settle(&sphere);
-  const SpecularFit fit = fit_specular(sphere.burst, sphere.geometry, sphere.normals);
+  const SpecularFit fit = fit_with_patch(0.12f, 12);
   ASSERT_FALSE(fit.lobes[1].fitted);
   EXPECT_EQ(fit.lobes[1].doubt, Doubt::kNotJudged);
   EXPECT_GT(fit.lobes[1].gaussian_m_stddev, 0);
@@ -123,13 +123,7 @@ TEST(Specular, SingleScatteringIsNotJudgedWhereNoiseHidesTheLobeInFront) {
 }
 
 TEST(Specular, ARegionWithTooFewPixelsBorrowsTheLobeOfTheFaceAndSaysSo) {
-  const std::vector<SyntheticSkin> skins(2, SyntheticSkin{});
-  const auto speck = [](float x, float y) {
-    return std::abs(x - 0.3f) < 0.03f && std::abs(y) < 0.03f ? 2 : 1;
-  };
-  SyntheticSphere sphere = SpherePhotographer().photograph(skins, speck, true);
-  settle(&sphere);
-  const SpecularFit fit = fit_specular(sphere.burst, sphere.geometry, sphere.normals);
+  const SpecularFit fit = fit_with_patch(0.03f);
   EXPECT_TRUE(fit.lobes[0].why.empty());
   EXPECT_FALSE(fit.lobes[1].why.empty());
   EXPECT_NEAR(fit.lobes[1].gaussian_m, 0.3, 0.03);
