@@ -49,7 +49,7 @@ bool is_running(pid_t pid) { return pid != getpid() && (kill(pid, 0) == 0 || err
 
 bool is_locked(const fs::path& folder) {
   const int fd = open((folder / kLock).c_str(), O_RDWR | O_CLOEXEC);
-  if (fd < 0) return true;
+  if (fd < 0) return true;  // without one it is somebody else's, of such a name
   const bool locked = flock(fd, LOCK_EX | LOCK_NB) != 0;
   close(fd);
   return locked;
@@ -84,7 +84,6 @@ std::optional<Beside> read_beside(std::string text) {
 bool is_abandoned(const fs::directory_entry& entry) {
   const auto read = read_beside(entry.path().filename().string());
   if (!read || entry.symlink_status().type() != fs::file_type::directory) return false;
-  if (!fs::is_regular_file(entry.path() / kLock)) return false;  // somebody else's, of such a name
   // What is to be replaced is all there is until the new one is in its place.
   const fs::path place = entry.path().parent_path() / read->name;
   if (read->kind == kReplaced && !fs::exists(place)) return false;
