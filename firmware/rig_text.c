@@ -80,11 +80,18 @@ static bool is_text(const char* text, size_t length, struct rig_errors* errors) 
   return true;
 }
 
+// Some editors put a byte order mark before UTF-8.
+static size_t mark_bytes(const char* text, size_t length) {
+  static const char kMark[] = "\xEF\xBB\xBF";
+  const size_t bytes = sizeof kMark - 1;
+  return length >= bytes && memcmp(text, kMark, bytes) == 0 ? bytes : 0;
+}
+
 bool rig_text_each_pair(const char* text, size_t length, struct rig_errors* errors,
                         void (*take)(void* context, const struct rig_pair* pair), void* context) {
   struct rig_pair pair = {0};
   if (!is_text(text, length, errors)) return false;
-  for (size_t at = 0, bytes; at < length; at += bytes + 1) {
+  for (size_t at = mark_bytes(text, length), bytes; at < length; at += bytes + 1) {
     const char* newline = memchr(text + at, '\n', length - at);
     bytes = newline != NULL ? (size_t)(newline - (text + at)) : length - at;
     pair.line++;

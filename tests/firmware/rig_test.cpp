@@ -167,6 +167,13 @@ TEST(RigFile, WhatIsNoTextOrTooLongIsOneComplaint) {
   EXPECT_EQ(led_errors_of(std::string("led\x01", 4)).count, 1u);
 }
 
+TEST(RigFile, LikeAListOfLedsMayBeginWithAByteOrderMark) {
+  const std::string mark = "\xEF\xBB\xBF";
+  EXPECT_EQ(errors_of(mark + board_text("sim.rig")).count, 0u);
+  EXPECT_EQ(led_errors_of(mark + board_text("dome150.leds")).count, 0u);
+  expect_first(led_errors_of(mark + "led.0 0\n"), 1, "'led.0 0' is not 'key = value'");
+}
+
 TEST(LedList, IsCountedWithoutAGap) {
   expect_led_error("led.7 ", "led.8 = 0 1 0 0 1", "'led.8' stands where 'led.7' is due");
   expect_led_error("led.7 ", "led.x = 3 9 0 0 1", "'led.x' stands where 'led.7' is due");
