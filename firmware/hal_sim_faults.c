@@ -135,6 +135,31 @@ bool sim_faults_parse(const char* text, struct sim_faults* faults) {
   return true;
 }
 
+// How the fault is given whose name `text` begins with: "dead-led:N" for "dead-led:x".
+static bool find_usage(const char* text, char usage[48]) {
+  static const char kBlank[] = " \n";
+  const size_t name = strcspn(text, ":");
+  const char* at = SIM_FAULT_NAMES;
+  for (at += strspn(at, kBlank); *at != '\0'; at += strspn(at, kBlank)) {
+    const size_t length = strcspn(at, kBlank);
+    const bool same = strncmp(at, text, name) == 0 && strchr(": \n", at[name]) != NULL;
+    if (same) snprintf(usage, 48, "%.*s", (int)length, at);
+    if (same) return true;
+    at += length;
+  }
+  return false;
+}
+
+void sim_faults_explain(const char* text, char why[160]) {
+  char usage[48];
+  const char* colon = strchr(text, ':');
+  if (find_usage(text, usage)) {
+    snprintf(why, 160, "\"%.60s\" is no argument of %s", colon != NULL ? colon + 1 : "", usage);
+  } else {
+    snprintf(why, 160, "no such fault");
+  }
+}
+
 static bool refuse(char error[160], const char* fault, const char* what, int end) {
   snprintf(error, 160, "--inject %s: %s are 0 to %d", fault, what, end - 1);
   return false;

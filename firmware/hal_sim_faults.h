@@ -42,6 +42,9 @@ extern const struct sim_faults kSimNoFaults;
 // Reads one fault into `faults`. False where it is none.
 bool sim_faults_parse(const char* text, struct sim_faults* faults);
 
+// Why `text` is none: no such fault, or not with what follows its name.
+void sim_faults_explain(const char* text, char why[160]);
+
 // Whether what the faults name by number is there; where not, `error` says what there is.
 bool sim_faults_fit(const struct sim_faults* faults, const struct rig* rig, char error[160]);
 

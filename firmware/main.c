@@ -134,6 +134,12 @@ static bool refuse(const char* option, const char* value, const char* why) {
   return false;
 }
 
+static bool refuse_fault(const char* fault) {
+  char why[160];
+  sim_faults_explain(fault, why);
+  return refuse("--inject", fault, why);
+}
+
 static bool parse_arguments(int argc, char** argv, struct arguments* arguments) {
   static const struct option kOptions[] = {{"hal", required_argument, NULL, 'h'},
                                            {"rig", required_argument, NULL, 'r'},
@@ -178,9 +184,7 @@ static bool parse_arguments(int argc, char** argv, struct arguments* arguments) 
     if (option == 'A') arguments->announce = optarg;
     if (option == 'H') arguments->help = true;
     if (option == 'V') arguments->version = true;
-    if (option == 'i' && !sim_faults_parse(optarg, &arguments->faults)) {
-      return refuse("--inject", optarg, "no such fault");
-    }
+    if (option == 'i' && !sim_faults_parse(optarg, &arguments->faults)) return refuse_fault(optarg);
   }
   if (optind < argc) return refuse(argv[optind], "", "is no option");
   return is_complete(arguments);
@@ -288,14 +292,17 @@ static bool has_cpu(const struct rig* rig) {
   return false;
 }
 
-// What can be told without the hardware is told before any of it is touched.
-static enum lam_status read_inputs(struct daemon* daemon, const struct arguments* arguments) {
+static enum lam_status read_rig(struct daemon* daemon, const struct arguments* arguments) {
   char error[160];
   if (rig_read(arguments->rig, &daemon->rig) != LAM_OK) return LAM_BAD_INPUT;
-  if (!sim_faults_fit(&arguments->faults, &daemon->rig, error)) {
-    explain(LAM_BAD_INPUT, error);
-    return LAM_BAD_INPUT;
-  }
+  if (sim_faults_fit(&arguments->faults, &daemon->rig, error)) return LAM_OK;
+  explain(LAM_BAD_INPUT, error);
+  return LAM_BAD_INPUT;
+}
+
+// What can be told without the hardware is told before any of it is touched.
+static enum lam_status read_inputs(struct daemon* daemon, const struct arguments* arguments) {
+  if (read_rig(daemon, arguments) != LAM_OK) return LAM_BAD_INPUT;
   if (strcmp(arguments->hal, "linux") != 0) return LAM_OK;
   if (!has_cpu(&daemon->rig)) return LAM_BAD_INPUT;
   if (arguments->state == NULL) {
@@ -400,6 +407,22 @@ static int tell(const struct arguments* arguments) {
   return end_output();
 }
 
+// Whoever waits for the line would wait for ever where it is lost.
+static int announce_listening(const struct daemon* daemon) {
+  printf("listening on %s:%u\n", daemon->server.door.address, daemon->server.door.port);
+  const int failure = end_output();
+  if (failure == 0) notify_ready(kPanelTable[daemon->alone.panel.code].name);
+  return failure;
+}
+
+static void stop_in_order(struct daemon* daemon) {
+  notify_stopping();
+  session_close(&daemon->session);  // lights off first; a burst under way ends plainly partial
+  daemon->hal->close(daemon->hal->self);
+  store_close(&daemon->store);
+  link_close(&daemon->server);
+}
+
 int main(int argc, char** argv) {
   static struct daemon daemon;
   struct arguments arguments;
@@ -407,7 +430,7 @@ int main(int argc, char** argv) {
   if (arguments.help || arguments.version) return tell(&arguments);
   if (arguments.announce != NULL) return announce(&arguments);
   if (arguments.check || arguments.plan) {
-    if (rig_read(arguments.rig, &daemon.rig) != LAM_OK) return kExitBadInput;
+    if (read_rig(&daemon, &arguments) != LAM_OK) return kExitBadInput;
     if (arguments.check) has_cpu(&daemon.rig);
     return arguments.plan ? write_plan(&daemon.rig) : 0;
   }
@@ -415,14 +438,8 @@ int main(int argc, char** argv) {
   int failure = start(&daemon, &arguments);
   if (failure == 0) failure = start_panel(&daemon, &arguments);
   if (failure != 0) return failure;
-  printf("listening on %s:%u\n", daemon.server.door.address, daemon.server.door.port);
-  fflush(stdout);
-  notify_ready(kPanelTable[daemon.alone.panel.code].name);
-  link_serve(&daemon.server, &daemon.session, &stop);
-  notify_stopping();
-  session_close(&daemon.session);  // lights off first; a burst under way ends plainly partial
-  daemon.hal->close(daemon.hal->self);
-  store_close(&daemon.store);
-  link_close(&daemon.server);
-  return 0;
+  failure = announce_listening(&daemon);
+  if (failure == 0) link_serve(&daemon.server, &daemon.session, &stop);
+  stop_in_order(&daemon);
+  return failure;
 }

@@ -76,9 +76,39 @@ TEST_F(RigdInput, AFaultOfAPartThatTheRigHasNotIsRefusedWithThoseThatItHas) {
   for (const auto& [fault, says] : wrong) {
     expect_failure({"--inject", fault}, 2, "--inject " + fault + ": " + says);
   }
-  for (const std::string fault : {"dead-led:1.5", "dead-led:0x1", "hot:0x10", "late-blank:1e999"}) {
-    expect_failure({"--inject", fault}, 2, "--inject " + fault + ": no such fault");
+  expect_failure({"--check", "--inject", "dead-led:150"}, 2, "LEDs are 0 to 149");
+}
+
+TEST_F(RigdInput, AFaultThatIsNoneIsToldFromOneWithAnArgumentThatItDoesNotTake) {
+  const std::vector<std::pair<std::string, std::string>> wrong = {
+      {"dead-led:xyz", "\"xyz\" is no argument of dead-led:N"},
+      {"dead-led:1.5", "\"1.5\" is no argument of dead-led:N"},
+      {"dead-led:0x1", "\"0x1\" is no argument of dead-led:N"},
+      {"dead-led", "\"\" is no argument of dead-led:N"},
+      {"hot:0x10", "\"0x10\" is no argument of hot:CELSIUS"},
+      {"late-blank:1e999", "\"1e999\" is no argument of late-blank:US[:PULSE]"},
+      {"press:1:x", "\"1:x\" is no argument of press:AT_US:FOR_US"},
+      {"estop:1", "\"1\" is no argument of estop"},
+      {"dead", "no such fault"},
+      {"dead-leds:3", "no such fault"},
+      {":3", "no such fault"}};
+  for (const auto& [fault, says] : wrong) {
+    expect_failure({"--inject", fault}, 2,
+                   "--inject " + fault + ": " + says + "; see lamella-rigd");
   }
+}
+
+TEST_F(RigdInput, ADaemonWhoseListeningLineIsLostEndsWithTwo) {
+  std::string command = "timeout -s KILL 20 " LAMELLA_RIGD;
+  for (const std::string& a : arguments({})) command += " " + a;
+  const std::string errors = folder / "errors";
+  const int status = std::system((command + " >/dev/full 2>" + errors).c_str());
+  EXPECT_EQ(WEXITSTATUS(status), 2);
+  std::ifstream file(errors);
+  const std::string told{std::istreambuf_iterator<char>(file), {}};
+  EXPECT_NE(told.find("lamella-rigd: standard output: cannot be written: No space"),
+            std::string::npos)
+      << told;
 }
 
 TEST_F(RigdInput, WhatCannotBeWrittenToStandardOutputIsExitCodeTwoAndALine) {
