@@ -101,6 +101,7 @@ FetchedBurst try_to_fetch(BurstSource* source, const v1::HeldBurst& held, const 
 }
 
 void clear_unfinished(const fs::path& folder) {
+  require_folder_place(folder);
   const int count = remove_abandoned(folder);
   if (count == 0) return;
   fmt::print(stderr, "lamella: {}: removed {} that a run that was killed had left there\n",

@@ -31,8 +31,8 @@ std::vector<uint8_t> ResumedSource::photograph(const v1::FrameOffer& offer) {
   fs::create_directories(folder_);
   {
     std::ofstream out(file, bytes.empty() ? std::ios::binary : std::ios::binary | std::ios::app);
-    out.exceptions(std::ios::failbit | std::ios::badbit);
     try {
+      out.exceptions(std::ios::failbit | std::ios::badbit);
       rig_->continue_photograph(offer, &bytes, [&](std::span<const uint8_t> part) {
         out.write(reinterpret_cast<const char*>(part.data()), std::streamsize(part.size()));
       });

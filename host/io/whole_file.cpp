@@ -6,11 +6,11 @@
 
 #include <atomic>
 #include <cerrno>
-#include <csignal>
 #include <fstream>
 #include <iterator>
 #include <mutex>
 #include <optional>
+#include <system_error>
 #include <vector>
 
 #include "base/error.h"
@@ -26,6 +26,7 @@ fs::path without_slash(const fs::path& path) {
 constexpr const char* kUnderWay = "part";
 constexpr const char* kReplaced = "old";
 constexpr const char* kLock = ".lock";  // in a folder that is under way, or to be removed
+constexpr const char* kLockToBe = ".lock-to-be";
 
 // ".session.part-1234-0"; remove_abandoned() knows them by it.
 fs::path beside(const fs::path& path, const char* kind) {
@@ -37,16 +38,20 @@ fs::path beside(const fs::path& path, const char* kind) {
   return clean.parent_path() / name;
 }
 
+// The file gets its name once it is locked: whoever finds it without a lock finds no owner either.
 // Not every file system has locks: then nothing in it counts as abandoned.
 int lock_folder(const fs::path& folder) {
-  const int fd = open((folder / kLock).c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
-  if (fd >= 0) flock(fd, LOCK_EX | LOCK_NB);
+  const fs::path unnamed = folder / kLockToBe;
+  const int fd = open(unnamed.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+  if (fd < 0) return fd;
+  flock(fd, LOCK_EX | LOCK_NB);
+  std::error_code failed;
+  fs::rename(unnamed, folder / kLock, failed);
   return fd;
 }
 
-// One of our own number was another process, in another container or before us: the lock tells.
-bool is_running(pid_t pid) { return pid != getpid() && (kill(pid, 0) == 0 || errno != ESRCH); }
-
+// The kernel drops a lock with the process that held it. The number of that process says nothing:
+// it may have been given to another, or be of another container.
 bool is_locked(const fs::path& folder) {
   const int fd = open((folder / kLock).c_str(), O_RDWR | O_CLOEXEC);
   if (fd < 0) return true;  // without one it is somebody else's, of such a name
@@ -58,25 +63,24 @@ bool is_locked(const fs::path& folder) {
 // What beside() made of a path.
 struct Beside {
   std::string name, kind;
-  pid_t pid;
 };
 
-// Takes "-" and one to nine digits from the end of `text`; nothing where there are none.
-std::optional<int> take_number(std::string* text) {
+// Takes "-" and one to nine digits from the end of `text`; false where there are none.
+bool take_number(std::string* text) {
   const size_t dash = text->rfind('-');
-  if (dash == std::string::npos) return {};
+  if (dash == std::string::npos) return false;
   const std::string digits = text->substr(dash + 1);
   const bool all = digits.find_first_not_of("0123456789") == std::string::npos;
-  if (digits.empty() || digits.size() > 9 || !all) return {};
+  if (digits.empty() || digits.size() > 9 || !all) return false;
   text->resize(dash);
-  return std::stoi(digits);
+  return true;
 }
 
 std::optional<Beside> read_beside(std::string text) {
-  const auto count = take_number(&text), pid = take_number(&text);
+  if (!take_number(&text) || !take_number(&text)) return {};
   const size_t dot = text.rfind('.');
-  if (!count || !pid || text[0] != '.' || dot < 2) return {};
-  const Beside read{text.substr(1, dot - 1), text.substr(dot + 1), pid_t(*pid)};
+  if (text[0] != '.' || dot < 2) return {};
+  const Beside read{text.substr(1, dot - 1), text.substr(dot + 1)};
   if (read.kind != kUnderWay && read.kind != kReplaced) return {};
   return read;
 }
@@ -87,7 +91,7 @@ bool is_abandoned(const fs::directory_entry& entry) {
   // What is to be replaced is all there is until the new one is in its place.
   const fs::path place = entry.path().parent_path() / read->name;
   if (read->kind == kReplaced && !fs::exists(place)) return false;
-  return !is_running(read->pid) && !is_locked(entry.path());
+  return !is_locked(entry.path());
 }
 
 // Makes `folder` and those above it; returns the outermost that was not there, or nothing.
@@ -135,11 +139,6 @@ void forget_output(const fs::path& temporary) {
   std::erase_if(begun_outputs(), [&](const Begun& b) { return b.temporary == temporary; });
 }
 
-[[noreturn]] void cannot_write(const fs::path& path, const std::string& why) {
-  throw_bad_input(path.string(), "cannot be written (" + why + ")",
-                  "check the folder and the space on its disk");
-}
-
 std::string with_other_name(std::string message, const std::string& name,
                             const std::string& other) {
   for (size_t at = 0; (at = message.find(name, at)) != std::string::npos; at += other.size()) {
@@ -148,10 +147,22 @@ std::string with_other_name(std::string message, const std::string& name,
   return message;
 }
 
+[[noreturn]] void cannot_write(const fs::path& path, const std::string& why) {
+  throw_bad_input(path.string(), "cannot be written (" + why + ")",
+                  "check the folder and the space on its disk");
+}
+
+// What failed about `temporary`, which nobody knows of.
+std::string reason(const std::exception& e, const fs::path& temporary, const fs::path& path) {
+  const auto* of_system = dynamic_cast<const fs::filesystem_error*>(&e);
+  if (of_system) return of_system->code().message();
+  return with_other_name(e.what(), temporary.string(), path.string());
+}
+
 // A folder may only be replaced by one of its own kind.
 void require_replaceable(const fs::path& place, const std::string& marker) {
+  require_folder_place(place);
   if (!fs::exists(place)) return;
-  if (!fs::is_directory(place)) throw_bad_input(place.string(), "exists and is not a folder");
   if (marker.empty() || fs::is_empty(place) || fs::exists(place / marker)) return;
   throw_bad_input(place.string(), "exists and holds no " + marker + ", so it is not replaced",
                   "choose another place");
@@ -165,6 +176,18 @@ void require_file_place(const fs::path& path) {
   // A device, a pipe or a socket would be replaced by a file of that name.
   if (fs::exists(path) && !fs::is_regular_file(path)) {
     throw_bad_input(path.string(), "is no file", "give the name of a file");
+  }
+}
+
+void require_folder_place(const fs::path& path) {
+  const bool is_there = fs::exists(path);
+  if (!is_there && fs::is_symlink(path)) {
+    throw_bad_input(path.string(),
+                    "is a link to " + fs::read_symlink(path).string() + ", which is not there",
+                    "remove the link or choose another place");
+  }
+  if (is_there && !fs::is_directory(path)) {
+    throw_bad_input(path.string(), "exists and is not a folder", "choose another place");
   }
 }
 
@@ -196,14 +219,16 @@ void write_whole_file(const fs::path& path, const std::function<void(const fs::p
     std::error_code ignored;
     fs::remove(temporary, ignored);
     remove_folders(path.parent_path(), first_made);
-    if (dynamic_cast<const Error*>(&e)) throw;
-    cannot_write(path, e.what());
+    const auto* error = dynamic_cast<const Error*>(&e);
+    if (!error) cannot_write(path, reason(e, temporary, path));
+    throw Error(error->fault(), "", with_other_name(e.what(), temporary.string(), path.string()));
   }
 }
 
 void write_whole_text(const fs::path& path, const std::string& text) {
   write_whole_file(path, [&](const fs::path& temporary) {
     std::ofstream out(temporary, std::ios::binary);
+    if (!out) throw std::system_error(errno, std::generic_category());
     out.exceptions(std::ios::failbit | std::ios::badbit);
     out.write(text.data(), std::streamsize(text.size()));
     out.close();
@@ -223,7 +248,7 @@ WholeFolder::WholeFolder(fs::path place, const std::string& marker)
     const std::lock_guard lock(outputs_lock());
     forget_output(temporary_);
     remove_folders(place_.parent_path(), first_made_);
-    cannot_write(place_, e.what());
+    cannot_write(place_, reason(e, temporary_, place_));
   }
 }
 

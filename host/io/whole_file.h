@@ -49,12 +49,15 @@ class WholeFolder {
 // that work long before they write.
 void require_file_place(const fs::path& path);
 
+// Throws Error where no folder can be at `path`: something else is there, or a link to nothing.
+void require_folder_place(const fs::path& path);
+
 // Removes every output that is begun and not yet in its place. Whoever writes one waits from then
 // on for ever: for a program that is about to end, on ^C, and leaves nothing half-written.
 void abandon_outputs();
 
 // Removes from `folder` what a WholeFolder had begun there and a process that was killed left
-// behind; returns how many that were. Only what has the name of one, nobody's lock, and no process.
+// behind; returns how many that were. Only what has the name of one, and a lock that nobody holds.
 int remove_abandoned(const fs::path& folder);
 
 // Returns when what was written to the disk that holds `path` is really on it.

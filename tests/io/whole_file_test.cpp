@@ -71,6 +71,38 @@ TEST(WholeFile, TakesTheFoldersItMadeAwayAgain) {
   EXPECT_TRUE(scratch.contents().empty());
 }
 
+TEST(WholeFile, OfWhatCannotBeWrittenTellsTheNameThatWasGivenAndNoOther) {
+  const fs::path read_only = "/proc/lamella";  // for root too
+  for (const std::function<void()>& write : std::vector<std::function<void()>>{
+           [&] { write_whole_text(read_only, "text"); },
+           [&] {
+             write_whole_file(read_only, [](const fs::path& temporary) {
+               throw_bad_input(temporary.string(), "cannot be opened");
+             });
+           },
+           [&] {
+             write_whole_file(read_only, [](const fs::path& temporary) {
+               throw std::runtime_error("cannot open " + temporary.string());
+             });
+           },
+           [&] { const WholeFolder folder(read_only); }}) {
+    const std::string line = complaint(write);
+    EXPECT_TRUE(names(line, {read_only.string(), "cannot"}));
+    EXPECT_EQ(line.find(".part"), std::string::npos) << line;
+    EXPECT_EQ(line.find("filesystem error"), std::string::npos) << line;
+    EXPECT_EQ(line.find("iostream"), std::string::npos) << line;
+  }
+}
+
+TEST(WholeFolder, IsNotPutInThePlaceOfALinkThatLeadsNowhere) {
+  const ScratchFolder scratch;
+  const fs::path link = scratch.path() / "burst-000042", gone = scratch.path() / "gone";
+  fs::create_directory_symlink(gone, link);
+  EXPECT_TRUE(names(complaint([&] { const WholeFolder folder(link); }),
+                    {link.string(), "is a link to " + gone.string(), "not there", "remove"}));
+  EXPECT_TRUE(fs::is_symlink(link));
+}
+
 TEST(WholeFolder, AppearsOnlyWhenCommitted) {
   const ScratchFolder scratch;
   {
@@ -168,19 +200,34 @@ TEST(WholeFolder, ReplacesNothingThatWasNotThereWhenItWasBegun) {
   EXPECT_EQ(read_text(place / "session.json"), "of another run");
 }
 
-TEST(RemoveAbandoned, GoesByTheLockWhereTheProcessIsOneThatItCannotSee) {
+TEST(RemoveAbandoned, GoesByTheLockAndNotByTheNumberOfAProcess) {
   const ScratchFolder scratch;
   const pid_t gone = fork();
   if (gone == 0) _exit(0);
   waitpid(gone, nullptr, 0);
-  const fs::path folder = scratch.path() / (".session.part-" + std::to_string(gone) + "-0");
-  {
-    const WholeFolder elsewhere(scratch.path() / "session");  // of another container, say
-    fs::rename(elsewhere.path(), folder);
-    EXPECT_EQ(remove_abandoned(scratch.path()), 0);
+  for (const pid_t pid : {gone, getppid(), getpid()}) {  // ended, another's, our own
+    const fs::path folder = scratch.path() / (".session.part-" + std::to_string(pid) + "-0");
+    {
+      const WholeFolder elsewhere(scratch.path() / "session");  // of another container, say
+      fs::rename(elsewhere.path(), folder);
+      EXPECT_EQ(remove_abandoned(scratch.path()), 0) << pid;
+    }
+    EXPECT_EQ(remove_abandoned(scratch.path()), 1) << pid;
   }
-  EXPECT_EQ(remove_abandoned(scratch.path()), 1);
   EXPECT_EQ(remove_abandoned(scratch.path() / "none"), 0);
+}
+
+TEST(RemoveAbandoned, TakesAwayWhatAKilledProcessLeftThatNobodyHasWaitedFor) {
+  const ScratchFolder scratch;
+  const pid_t child = fork();
+  if (child == 0) {
+    const WholeFolder folder(scratch.path() / "burst-000007");
+    kill(getpid(), SIGKILL);
+  }
+  siginfo_t how;
+  ASSERT_EQ(waitid(P_PID, id_t(child), &how, WEXITED | WNOWAIT), 0);  // a zombie from here on
+  EXPECT_EQ(remove_abandoned(scratch.path()), 1);
+  waitpid(child, nullptr, 0);
 }
 
 TEST(ReadText, SaysWhichFileCannotBeRead) {
