@@ -11,6 +11,7 @@
 #include "apps/burst_fetch.h"
 #include "apps/commands.h"
 #include "apps/process_child.h"
+#include "apps/process_interrupt.h"
 #include "apps/report.h"
 #include "apps/resumed_source.h"
 #include "apps/rig_option.h"
@@ -114,7 +115,7 @@ void complain(const FetchedBurst& fetched) {
   }
   if (fetched.failed.empty()) return;
   fmt::print(stderr, "lamella: burst {} was not fetched and stays where it is: {}\n",
-             fetched.held.burst_id(), fetched.failed);
+             fetched.held.burst_id(), one_line(fetched.failed));
 }
 
 // What was done before a failure is told too: its sessions are here, and a rig has forgotten them.
@@ -158,12 +159,18 @@ std::unique_ptr<BurstSource> source_of(const Arguments& args) {
                     "give the folder from a rig's disk, or the rig's HOST:PORT");
   }
   if (!args.store.empty()) return std::make_unique<StoreFolder>(args.store);
-  return std::make_unique<LinkClient>(args.rig, link_options(args.rig));
+  LinkOptions options = link_options(args.rig);
+  options.once_interrupted = "nothing was changed there; recover again to see the rest";
+  return std::make_unique<LinkClient>(args.rig, options);
 }
 
 // Exit 1 where a burst is not whole, 3 where one could not be fetched.
 int run_recover(const Arguments& args) {
-  catch_interrupts();
+  if (args.store.empty()) {
+    catch_interrupts();
+  } else {
+    abandon_outputs_on_interrupt();  // a disk does not keep anybody waiting
+  }
   const std::unique_ptr<BurstSource> source = source_of(args);
   if (!args.out.empty()) clear_unfinished(args.out);
   nlohmann::ordered_json bursts = nlohmann::ordered_json::array();
@@ -198,7 +205,8 @@ int run_recover(const Arguments& args) {
 
 void add_rig_bursts(const Command& rig, int* exit_code) {
   auto args = std::make_shared<Arguments>();
-  const Command sync = rig.add_command("sync", "Fetch every burst that a rig holds");
+  const Command sync =
+      rig.add_command("sync", "Fetch every burst that a rig holds, which then lets it go");
   sync.add_option("--rig", args->rig, "HOST:PORT of the rig")
       .check(rig_address(Simulated::kNot))
       .required();

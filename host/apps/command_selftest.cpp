@@ -111,6 +111,7 @@ v1::SelftestResult test(const Arguments& args) {
     require_for_simulated_rig(!args.inject.empty(), "--inject");
     require_for_simulated_rig(!args.led_reference.empty(), "--led-reference");
     link.tls = tls_for(args.rig, config_folder());
+    link.once_interrupted = "the rig ends its test by itself; test again to see what it finds";
     return test_with(LinkClient(args.rig, link), args);
   }
   SimulatedRigOptions options;
@@ -120,6 +121,7 @@ v1::SelftestResult test(const Arguments& args) {
   options.inject = args.inject;
   options.led_reference = args.led_reference;
   require_simulated_rig(options);
+  link.outlives_us = false;
   const SimulatedRig sim(options);
   return test_with(LinkClient(sim.address(), link), args);
 }
@@ -136,7 +138,9 @@ void add_rig_selftest(const Command& rig, int* exit_code) {
       .one_of(kParts);
   command.add_flag("--learn", args->learn,
                    "The LEDs are good: take how they light the empty stage as the reference");
-  command.add_option("--inject", args->inject, "Faults of the simulated rig: dead-led:17, ...");
+  command.add_option(
+      "--inject", args->inject,
+      "Faults of the simulated rig: dead-led:17, ... (lamella-rigd --help lists them)");
   command.add_option("--led-reference", args->led_reference,
                      "Where the simulated rig keeps what it learns");
   command.add_flag("--json", args->json, "Report as JSON");

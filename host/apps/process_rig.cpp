@@ -25,15 +25,6 @@ fs::path board_folder() {
   return fs::exists(installed) ? installed : fs::path(LAMELLA_BOARD_DIR);
 }
 
-std::string shipped_names() {
-  std::vector<std::string> names;
-  for (const fs::directory_entry& entry : fs::directory_iterator(board_folder())) {
-    if (entry.path().extension() == ".rig") names.push_back(entry.path().stem().string());
-  }
-  std::sort(names.begin(), names.end());
-  return fmt::format("{}", fmt::join(names, ", "));
-}
-
 // A bare name is that of a rig file that ships, unless there is such a file here.
 std::string find_rig_file(const fs::path& name) {
   if (fs::exists(name)) return name.string();
@@ -41,13 +32,15 @@ std::string find_rig_file(const fs::path& name) {
   const bool is_bare = !name.has_parent_path() && !name.has_extension();
   if (is_bare && fs::exists(shipped)) return shipped.string();
   throw_bad_input("--rig-file", "\"" + name.string() + "\": no such file",
-                  "rigs that ship: " + shipped_names());
+                  "rigs that ship: " + shipped_rigs());
 }
 
 std::string firmware_binary() { return (own_binary().parent_path() / "lamella-rigd").string(); }
 
 [[noreturn]] void throw_bad_rig_file(const ChildProcess& firmware, const std::string& rig_file) {
-  throw_bad_input("--rig-file", firmware.complaint(),
+  const std::string complaint = firmware.complaint();
+  if (complaint.starts_with("lamella-rigd: ")) throw_bad_input("", complaint);  // of an argument
+  throw_bad_input("--rig-file", complaint,
                   "lamella-rigd --check --rig " + rig_file + " names all that is wrong");
 }
 
@@ -62,13 +55,26 @@ std::string await_ready(ChildProcess* child, const Awaited& awaited) {
 
 }  // namespace
 
+std::string shipped_rigs() {
+  std::vector<std::string> names;
+  std::error_code failed;  // then there are none
+  for (const fs::directory_entry& entry : fs::directory_iterator(board_folder(), failed)) {
+    if (entry.path().extension() == ".rig") names.push_back(entry.path().stem().string());
+  }
+  std::sort(names.begin(), names.end());
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
 void require_simulated_rig(const SimulatedRigOptions& options) {
   twin::require_subject(options.subject);
   twin::require_scale(options.scale);
   const PrivateFolder folder;
   const std::string rig_file = find_rig_file(options.rig_file);
-  ChildProcess check("lamella-rigd", {firmware_binary(), "--check", "--rig", rig_file},
-                     folder.path());
+  std::vector<std::string> arguments{firmware_binary(), "--check", "--rig", rig_file};
+  for (const std::string& fault : options.inject) {
+    arguments.insert(arguments.end(), {"--inject", fault});
+  }
+  ChildProcess check("lamella-rigd", arguments, folder.path());
   if (check.wait() != 0) throw_bad_rig_file(check, rig_file);
 }
 

@@ -24,6 +24,9 @@ struct SimulatedRigOptions {
   bool takes_bursts = true;         // false: the twin works none out beforehand
 };
 
+// The names that a rig file may be given by: "pi4, pi5, ...".
+std::string shipped_rigs();
+
 // Throws Error (kBadInput) that names the option where the twin or the firmware would refuse it, so
 // that nobody waits for the twin to hear of a mistyped name.
 void require_simulated_rig(const SimulatedRigOptions& options);

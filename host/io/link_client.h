@@ -26,6 +26,7 @@ struct LinkOptions {
   std::function<bool()> interrupted;  // true: give up at once
   std::optional<TlsOptions> tls;      // none: in the clear (paired_link.h says which)
   bool outlives_us = true;            // false: a simulated rig that ends with this program
+  std::string once_interrupted;       // what is so then; empty: photographs stay on the rig
 };
 
 class LinkClient : public BurstSource {

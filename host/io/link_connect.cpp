@@ -22,6 +22,9 @@ void LinkClient::fail(const std::string& problem, const std::string& remedy) con
     if (!options_.outlives_us) {
       throw Error(Fault::kRig, "rig " + address_, "interrupted, nothing was kept");
     }
+    if (!options_.once_interrupted.empty()) {
+      throw Error(Fault::kRig, "rig " + address_, "interrupted; " + options_.once_interrupted);
+    }
     throw Error(Fault::kRig, "rig " + address_, "interrupted; what the rig holds stays there",
                 "lamella rig sync --rig " + address_ + " --out FOLDER fetches it, or goes on");
   }

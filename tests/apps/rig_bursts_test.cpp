@@ -305,6 +305,61 @@ TEST_F(RigBursts, RecoverExplainsAndChangesNothing) {
   EXPECT_TRUE(rig.acknowledged().empty());
 }
 
+TEST_F(RigBursts, AnInterruptionSaysWhatIsSoNowAndAdvisesNothingElse) {
+  const std::vector<std::pair<std::vector<std::string>, std::string>> commands = {
+      {{"sync", "--out", out.string()}, "what the rig holds stays there; lamella rig sync"},
+      {{"recover"}, "nothing was changed there; recover again to see the rest\n"},
+      {{"selftest"}, "the rig ends its test by itself; test again to see what it finds\n"}};
+  for (const auto& [command, says] : commands) {
+    SCOPED_TRACE(command[0]);
+    FakeRigFaults faults;
+    faults.reply_delay_s = 3;
+    FakeRig rig(faults);
+    std::vector<std::string> arguments{"rig"};
+    arguments.insert(arguments.end(), command.begin(), command.end());
+    arguments.insert(arguments.end(), {"--rig", rig.address()});
+    const Outcome outcome =
+        testing::interrupt_lamella(arguments, [&] { return rig.connections() > 0; });
+    EXPECT_EQ(outcome.exit_code, 3);
+    EXPECT_NE(outcome.err.find("rig " + rig.address() + ": interrupted; " + says),
+              std::string::npos)
+        << outcome.err;
+  }
+}
+
+TEST_F(RigBursts, APlaceForSessionsThatIsNoFolderIsRefusedThoughNothingIsHeld) {
+  const fs::path link = scratch.path() / "link";
+  write_whole_text(out, "a letter");
+  fs::create_symlink(scratch.path() / "gone", link);
+  FakeRig rig;
+  for (const std::string command : {"sync", "recover"}) {
+    for (const auto& [place, says] :
+         {std::pair(out, "exists and is not a folder"), {link, "is a link to"}}) {
+      const Outcome outcome =
+          run_lamella({"rig", command, "--rig", rig.address(), "--out", place.string()});
+      EXPECT_EQ(outcome.exit_code, 2) << command;
+      EXPECT_NE(outcome.err.find(place.string() + ": " + says), std::string::npos) << outcome.err;
+    }
+  }
+  EXPECT_EQ(read_text(out), "a letter");
+}
+
+TEST_F(RigBursts, SyncIntoALinkThatLeadsNowhereSaysSoAndTheBurstStaysOnTheRig) {
+  FakeRig rig;
+  load_burst(&rig, testing::kFakeSize);
+  rig.hold(whole());
+  fs::create_directories(out);
+  fs::create_symlink(scratch.path() / "unplugged", out / "burst-000042");
+  const Outcome outcome = sync(rig);
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.err.find((out / "burst-000042").string() + ": is a link to " +
+                             (scratch.path() / "unplugged").string() + ", which is not there"),
+            std::string::npos)
+      << outcome.err;
+  EXPECT_TRUE(rig.offsets(5).empty());  // before anything was fetched
+  EXPECT_TRUE(rig.holds_burst());
+}
+
 TEST_F(RigBursts, RecoverWithoutAPlaceToLookIsBadInput) {
   EXPECT_EQ(run_lamella({"rig", "recover"}).exit_code, 2);
   const Outcome outcome = run_lamella({"rig", "recover", "--store", scratch.path().string()});

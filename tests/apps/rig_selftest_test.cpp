@@ -5,6 +5,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <regex>
@@ -41,8 +42,22 @@ TEST(RigSelftest, AnInjectedFaultIsNamedAndEndsWithOne) {
   EXPECT_EQ(report.at("readings")[0].at("verdict"), "BAD");
 }
 
-// All that a program writes to a terminal that is its standard error.
-std::string shown_on_terminal(std::vector<const char*> arguments) {
+TEST(RigSelftest, AFaultThatCannotBeInjectedIsBadInputBeforeAnythingIsStarted) {
+  for (const auto& [fault, says] :
+       {std::pair("dead-led:xyz", "--inject dead-led:xyz: \"xyz\" is no argument of dead-led:N"),
+        {"dead-led:150", "--inject dead-led:150: LEDs are 0 to 149"},
+        {"dead-cat", "--inject dead-cat: no such fault"}}) {
+    const Outcome run =
+        run_lamella({"rig", "selftest", "--rig", "sim", "--only", "chain", "--inject", fault});
+    EXPECT_EQ(run.exit_code, 2) << run.err;
+    EXPECT_NE(run.err.find(says), std::string::npos) << run.err;
+    EXPECT_EQ(run.err.find("--rig-file"), std::string::npos) << run.err;
+  }
+}
+
+// All that a program writes to a terminal that is its standard error. It is interrupted, as by ^C,
+// where that has `last` in it.
+std::string shown_on_terminal(std::vector<const char*> arguments, const std::string& last = "\a") {
   const int master = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
   grantpt(master);
   unlockpt(master);
@@ -63,7 +78,9 @@ std::string shown_on_terminal(std::vector<const char*> arguments) {
     while (poll(&waiting, 1, 20) > 0 && (waiting.revents & POLLIN)) {
       const ssize_t n = read(master, bytes, sizeof bytes);
       if (n <= 0) break;
+      const bool was_there = shown.find(last) != std::string::npos;
       shown.append(bytes, size_t(n));
+      if (!was_there && shown.find(last) != std::string::npos) kill(child, SIGINT);
     }
     if (ended) break;
   }
@@ -82,6 +99,13 @@ TEST(RigSelftest, ShowsOnATerminalHowLongItWaitsAndHowManyPartsAreRead) {
 TEST(RigSelftest, PartsThatAreNoneAreRefusedAtOnce) {
   const Outcome run = run_lamella({"rig", "selftest", "--rig", "sim", "--only", "engine"});
   EXPECT_EQ(run.exit_code, 2);
+}
+
+TEST(RigSelftest, OfASimulatedRigThatIsInterruptedAdvisesNobodyToFetchAnything) {
+  const std::string shown =
+      shown_on_terminal({"lamella", "rig", "selftest", "--rig", "sim"}, "self-test, parts read");
+  EXPECT_NE(shown.find("interrupted, nothing was kept"), std::string::npos) << shown;
+  EXPECT_EQ(shown.find("rig sync"), std::string::npos) << shown;
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -31,6 +32,25 @@ std::string text_of(const fs::path& file) {
   _exit(127);
 }
 
+// Runs it, calls `meanwhile` with its process, and waits for its end.
+Outcome run(const std::vector<std::string>& arguments, const char* out,
+            const std::function<void(pid_t)>& meanwhile) {
+  std::string name = (fs::temp_directory_path() / "lamella-run-XXXXXX").string();
+  if (!mkdtemp(name.data())) return {};
+  std::vector<char*> pointers{const_cast<char*>(LAMELLA_BINARY)};
+  for (const std::string& a : arguments) pointers.push_back(const_cast<char*>(a.c_str()));
+  pointers.push_back(nullptr);
+  const pid_t child = fork();
+  if (child == 0) become(pointers, name, out ? out : (fs::path(name) / "out").string());
+  meanwhile(child);
+  int status = 0;
+  waitpid(child, &status, 0);
+  Outcome outcome{WIFEXITED(status) ? WEXITSTATUS(status) : -1, text_of(fs::path(name) / "out"),
+                  text_of(fs::path(name) / "err")};
+  fs::remove_all(name);
+  return outcome;
+}
+
 }  // namespace
 
 std::vector<std::string> Outcome::complaints() const {
@@ -43,19 +63,15 @@ std::vector<std::string> Outcome::complaints() const {
 }
 
 Outcome run_lamella(const std::vector<std::string>& arguments, const char* out) {
-  std::string name = (fs::temp_directory_path() / "lamella-run-XXXXXX").string();
-  if (!mkdtemp(name.data())) return {};
-  std::vector<char*> pointers{const_cast<char*>(LAMELLA_BINARY)};
-  for (const std::string& a : arguments) pointers.push_back(const_cast<char*>(a.c_str()));
-  pointers.push_back(nullptr);
-  const pid_t child = fork();
-  if (child == 0) become(pointers, name, out ? out : (fs::path(name) / "out").string());
-  int status = 0;
-  waitpid(child, &status, 0);
-  Outcome outcome{WIFEXITED(status) ? WEXITSTATUS(status) : -1, text_of(fs::path(name) / "out"),
-                  text_of(fs::path(name) / "err")};
-  fs::remove_all(name);
-  return outcome;
+  return run(arguments, out, [](pid_t) {});
+}
+
+Outcome interrupt_lamella(const std::vector<std::string>& arguments,
+                          const std::function<bool()>& is_time) {
+  return run(arguments, nullptr, [&](pid_t child) {
+    while (!is_time()) usleep(1000);
+    kill(child, SIGINT);
+  });
 }
 
 }  // namespace lamella::testing
