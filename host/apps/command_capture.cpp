@@ -93,12 +93,14 @@ void print_table(const Options& options, const Burst& burst, const Reception& re
     fmt::print("  retaken      {} photographs within the burst; the first ones are in {}\n",
                reception.retaken.size(), (options.out / "frames" / "retaken").string());
   }
-  for (const std::string& frame : reception.marked) fmt::print("  to be retaken: {}\n", frame);
-  if (!burst.verdict.empty()) fmt::print("  verdict      {}\n", burst.verdict);
-  if (!burst.shortfall.empty() && burst.shortfall != burst.verdict) {
-    fmt::print("  partial      {}\n", burst.shortfall);
+  for (const std::string& frame : reception.marked) {
+    fmt::print("  to be retaken: {}\n", one_line(frame));
   }
-  if (!reception.unfit.empty()) fmt::print("  not to fit   {}\n", reception.unfit);
+  if (!burst.verdict.empty()) fmt::print("  verdict      {}\n", one_line(burst.verdict));
+  if (!burst.shortfall.empty() && burst.shortfall != burst.verdict) {
+    fmt::print("  partial      {}\n", one_line(burst.shortfall));
+  }
+  if (!reception.unfit.empty()) fmt::print("  not to fit   {}\n", one_line(reception.unfit));
 }
 
 // What the twin knows becomes the session's regions.png; the maps already lie in truth/.
@@ -207,21 +209,25 @@ void add_capture(const Command& app, int* exit_code) {
   command.add_option("--subject", simulated->subject, "Name; for sim: head or sphere")
       .shows_default();
   command.add_option("--seed", simulated->seed, "Of the simulated noise and skin")
-      .check(fault_of_whole_number);
-  command.add_option("--scale", simulated->scale,
-                     fmt::format("Of the simulated photographs' size, {:g} to {:g}",
-                                 twin::kLeastScale, twin::kLargestScale));
+      .check(fault_of_whole_number)
+      .shows_default();
+  command
+      .add_option("--scale", simulated->scale,
+                  fmt::format("Of the simulated photographs' size, {:g} to {:g}", twin::kLeastScale,
+                              twin::kLargestScale))
+      .shows_default();
   command.add_option("--clock", simulated->clock, "Of the simulated rig")
-      .one_of({"virtual", "real"});
+      .one_of({"virtual", "real"})
+      .shows_default();
   command
       .add_option("--rig-file", simulated->rig_file,
-                  "Wiring and timing of the simulated rig: a file, or a name")
+                  "Wiring and timing of the simulated rig: a file, or one of " + shipped_rigs())
       .shows_default();
   command.add_flag("--held", options->held, "Fetch what the rig still holds; no new burst");
   command.add_flag("--discard-held", options->discard_held,
                    "Give up photographs of an earlier burst that the rig still holds");
   command.add_flag("--flashing-confirmed", options->flashing_confirmed,
-                   "This subject was asked, and knows of no fit brought on by flashing light");
+                   "This subject was asked, and knows of no seizure that flashing light brings on");
   command.add_flag("--replace", options->replace,
                    "Put the new session where an old one is; the old one is lost");
   command.add_flag("--json", options->json, "Report as JSON");

@@ -25,7 +25,7 @@ const char* verdict(Grade worst) {
 
 void print_table(const SessionCheck& check) {
   for (const CheckLine& l : check.lines) {
-    fmt::print("{:<9} {:<30} {}\n", grade_name(l.grade), l.name, l.text);
+    fmt::print("{:<9} {:<30} {}\n", grade_name(l.grade), l.name, one_line(l.text));
   }
   fmt::print("\n{}\n", verdict(check.worst()));
 }

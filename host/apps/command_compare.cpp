@@ -3,7 +3,6 @@
 
 #include <charconv>
 #include <cmath>
-#include <cstdlib>
 #include <memory>
 #include <sstream>
 
@@ -23,6 +22,13 @@ struct CompareArguments {
   bool json = false;
 };
 
+// Decimal, as in a rig file. False where `text` is anything else, or more.
+bool read_decimal(const std::string& text, double* number) {
+  const char* end = text.data() + text.size();
+  const auto [at, failed] = std::from_chars(text.data(), end, *number);
+  return failed == std::errc() && at == end && std::isfinite(*number);
+}
+
 // "summary.p_L1_mean<=0.1"
 struct Requirement {
   std::string figure;
@@ -32,9 +38,8 @@ struct Requirement {
 
 Requirement requirement_from(const std::string& text) {
   const size_t at = text.find("<=");
-  char* end = nullptr;
-  const double limit = at == std::string::npos ? 0 : std::strtod(text.c_str() + at + 2, &end);
-  if (!end || *end || end == text.c_str() + at + 2 || !std::isfinite(limit)) {
+  double limit = 0;
+  if (at == std::string::npos || !read_decimal(text.substr(at + 2), &limit)) {
     throw_bad_input("--require", "\"" + text + "\" is not FIGURE<=VALUE",
                     "for example views.point_side.rel_rmse<=0.15");
   }
@@ -99,7 +104,7 @@ int broken(const std::vector<Requirement>& requirements) {
 bool has_problems(const Json& figures) {
   if (!figures.contains("problems")) return false;
   for (const Json& problem : figures["problems"]) {
-    fmt::print(stderr, "lamella: {}\n", problem.get<std::string>());
+    fmt::print(stderr, "lamella: {}\n", one_line(problem.get<std::string>()));
   }
   return !figures["problems"].empty();
 }
@@ -127,7 +132,7 @@ int run_compare(const CompareArguments& arguments) {
   if (arguments.json) {
     print_json(figures);
   } else {
-    fmt::print("{}", folders ? comparison_table(figures) : picture_table(figures));
+    fmt::print("{}", folders ? shown(comparison_table(figures)) : picture_table(figures));
   }
   std::fflush(stdout);
   const bool below = broken(requirements) > 0;
@@ -143,8 +148,10 @@ void add_compare(const Command& app, int* exit_code) {
   command.add_option("recovered", arguments->found, "Image or folder of maps").required();
   command.add_option("true", arguments->truth, "What it should be").required();
   command.add_option("--mask", arguments->mask, "PNG: compare images where it is not 0");
-  command.add_option("--require", arguments->requirements,
-                     "FIGURE<=VALUE; exit 1 where it does not hold. Repeatable");
+  command.add_option(
+      "--require", arguments->requirements,
+      "FIGURE<=VALUE, as rel_rmse<=0.1, with a name of --json: exit 1 where it does not "
+      "hold. Repeatable");
   command.add_flag("--json", arguments->json, "Report as JSON: every figure");
   command.runs([arguments, exit_code] { *exit_code = run_compare(*arguments); });
 }

@@ -106,10 +106,13 @@ void add_export(const Command& app, int*) {
   command.add_option("--fit", a->fit, "Folder of the fit [SESSION/fit]");
   command.add_option("--for", a->scene,
                      "View file: only what this camera can show, and a report of it");
-  command.add_option("--triangles", a->options.triangles, "At most, about").within(100, 2000000);
+  command.add_option("--triangles", a->options.triangles, "At most, about")
+      .within(100, 2000000)
+      .shows_default();
   command
       .add_option("--texture-px", a->options.texture_side_px, "Longest side of a texture, pixels")
-      .within(16, 8192);
+      .within(16, 8192)
+      .shows_default();
   command.add_flag("--json", a->json, "Report as JSON");
   command.runs([a, command] {
     a->has_triangles = command.given("--triangles");

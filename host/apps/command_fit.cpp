@@ -8,6 +8,7 @@
 
 #include "apps/commands.h"
 #include "apps/process_interrupt.h"
+#include "apps/report.h"
 #include "base/error.h"
 #include "base/progress.h"
 #include "export/export.h"
@@ -20,8 +21,7 @@ namespace lamella::apps {
 namespace {
 
 struct FitArguments {
-  std::string session;
-  std::string out;
+  fs::path session, out;
   std::string until = "albedo";
   bool json = false;
 };
@@ -33,7 +33,7 @@ void print_reasons(const v1::Layers& layers) {
     const std::map<std::string, std::string> by_layer(r.layers().why().begin(),
                                                       r.layers().why().end());
     for (const auto& [layer, why] : by_layer) {
-      lines += fmt::format("{}: {}: {}\n", r.name(), layer, why);
+      lines += one_line(fmt::format("{}: {}: {}", r.name(), layer, why)) + "\n";
     }
   }
   if (!lines.empty()) fmt::print("\n{}", lines);
@@ -43,7 +43,7 @@ void print_summary(const v1::Layers& layers, const fs::path& out, double total_s
   fmt::print("{:<12} {:>7} {:>17} {:>23} {:>23}\n", "region", "m (rad)", "l_d r g b (mm)",
              "alpha_dot r g b", "single r g b");
   for (const v1::Region& r : layers.regions()) {
-    fmt::print("{:<12} {:>7.3f}", r.name(), r.specular().gaussian_m());
+    fmt::print("{:<12} {:>7.3f}", one_line(r.name()), r.specular().gaussian_m());
     if (r.deep().ld_mm_size() == 3) {
       fmt::print("  {:>5.2f} {:>4.2f} {:>4.2f}", r.deep().ld_mm(0), r.deep().ld_mm(1),
                  r.deep().ld_mm(2));
@@ -67,7 +67,8 @@ bool warn_of_poor_data(const SessionCheck& check) {
   bool any = false;
   for (const CheckLine& line : check.lines) {
     if (line.grade != Grade::kPoor) continue;
-    fmt::print(stderr, "lamella: warning: below the quality asked: {}: {}\n", line.name, line.text);
+    fmt::print(stderr, "lamella: warning: below the quality asked: {}: {}\n", line.name,
+               one_line(line.text));
     any = true;
   }
   return any;
@@ -80,7 +81,7 @@ bool warn_of_doubt(const std::vector<fit::DoubtedLayer>& doubted) {
   for (const fit::DoubtedLayer& layer : doubted) {
     const bool is_below = layer.doubt == fit::Doubt::kNotJudged;
     fmt::print(stderr, "lamella: warning: {}{}\n", is_below ? "below the quality asked: " : "",
-               layer.text);
+               one_line(layer.text));
     any = any || is_below;
   }
   return any;
@@ -91,9 +92,9 @@ int run_fit(const FitArguments& args) {
   abandon_outputs_on_interrupt();
   const Session session = read_session(args.session);
   for (const std::string& warning : session.warnings) {
-    fmt::print(stderr, "lamella: warning: {}\n", warning);
+    fmt::print(stderr, "lamella: warning: {}\n", one_line(warning));
   }
-  const fs::path out = args.out.empty() ? session.path / "fit" : fs::path(args.out);
+  const fs::path out = args.out.empty() ? session.path / "fit" : args.out;
   if (fs::exists(out / "kernels.npz")) {
     throw_bad_input(out.string(), "is the truth about a subject, not a fit",
                     "choose another place");

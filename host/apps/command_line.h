@@ -42,6 +42,7 @@ class Command {
 
   // `name` with dashes is an option, without them a positional argument. T: std::string, a path,
   // int, uint64_t, float, double, a vector of strings. `value` must live until the line is parsed.
+  // A path or a positional argument may not be empty.
   template <class T>
   CommandOption add_option(const std::string& name, T& value, const std::string& help) const;
   void add_flag(const std::string& name, bool& value, const std::string& help) const;
@@ -60,11 +61,13 @@ class Command {
 
 class CommandLine : public Command {
  public:
-  CommandLine(const std::string& about, const std::string& footer);
+  // Its --version prints `version`.
+  CommandLine(const std::string& about, const std::string& footer, const std::string& version);
   ~CommandLine();
 
   // Runs the command that is named there; what that throws passes. The exit code where none ran:
-  // help was asked for and printed, or the line is no good, which is said on standard error.
+  // help or the version was asked for and printed, or the line is no good, which is said on
+  // standard error.
   std::optional<int> run(int argc, char** argv);
 
  private:

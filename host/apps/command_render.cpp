@@ -45,9 +45,10 @@ void run_render(const RenderArguments& arguments) {
 void add_render(const Command& app, int*) {
   auto arguments = std::make_shared<RenderArguments>();
   const Command command =
-      app.add_command("render", "Draw a fitted face at a new view and light (S + D)");
+      app.add_command("render", "Draw a fitted face from a new camera in a new light");
   command.add_option("session", arguments->session, "Session folder").required();
-  command.add_option("--view", arguments->view, "View file: a camera and its lights").required();
+  command.add_option("--view", arguments->view, "View file (JSON): a camera and its lights")
+      .required();
   command.add_option("--out", arguments->out, "Image to write (EXR)").required();
   command.add_option("--fit", arguments->fit, "Folder of the fit [SESSION/fit]");
   command.add_flag("--json", arguments->json, "Report as JSON");

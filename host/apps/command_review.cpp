@@ -65,17 +65,23 @@ void add_review(const Command& app, int*) {
   command.add_option("session", a->session, "Session folder").required();
   command.add_option("--fit", a->fit, "Folder of the fit [SESSION/fit]");
   command.add_option("--screenshot", a->screenshot, "PNG to write, instead of a window");
-  command.add_option("--size", a->size, "WIDTHxHEIGHT of the window or picture, pixels");
-  command.add_option("--layers", a->layers, "Some of specular,single,shallow,deep; or none");
-  command.add_option("--light", a->light, "portrait, front, side, or a direction X,Y,Z");
+  command.add_option("--size", a->size, "WIDTHxHEIGHT of the window or picture, pixels")
+      .shows_default();
+  command.add_option("--layers", a->layers, "Some of specular,single,shallow,deep; or none")
+      .shows_default();
+  command.add_option("--light", a->light, "portrait, front, side, or a direction X,Y,Z")
+      .shows_default();
   command
       .add_option("--azimuth", a->azimuth_deg,
-                  "Of the camera, degrees from the side that was photographed, -360 to 360")
-      .within(-360.0, 360.0);
-  command.add_option("--elevation", a->elevation_deg, "Of the camera, degrees, -85 to 85")
-      .within(-85.0, 85.0);
-  command.add_option("--exposure", a->exposure, "Factor on the picture, 0.01 to 100")
-      .within(0.01, 100.0);
+                  "Of the camera, degrees from the side that was photographed")
+      .within(-360.0, 360.0)
+      .shows_default();
+  command.add_option("--elevation", a->elevation_deg, "Of the camera, degrees")
+      .within(-85.0, 85.0)
+      .shows_default();
+  command.add_option("--exposure", a->exposure, "Factor on the picture")
+      .within(0.01, 100.0)
+      .shows_default();
   command.runs([a] { run(*a); });
 }
 

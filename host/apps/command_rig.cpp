@@ -205,7 +205,7 @@ int run_status(const RigArguments& args) {
   if (status.state() != v1::FAULT) return 0;
   const Error fault(Fault::kRig, "rig " + args.rig, "is in FAULT: " + status.fault(),
                     "once its cause is gone, lamella rig abort --rig " + args.rig + " clears it");
-  fmt::print(stderr, "lamella: {}\n", fault.what());
+  fmt::print(stderr, "lamella: {}\n", one_line(fault.what()));
   return 1;
 }
 
@@ -231,12 +231,13 @@ void add_rig_command(const Command& rig, const std::string& name, const std::str
 }  // namespace
 
 void add_rig(const Command& app, int* exit_code) {
-  const Command rig = app.add_command("rig", "The rig itself");
+  const Command rig =
+      app.add_command("rig", "A rig: what it would do, does and holds, and how it is");
   rig.require_command();
   auto args = std::make_shared<PlanArguments>();
   const Command plan = rig.add_command("plan", "The burst that a rig file would play");
   plan.add_option("--rig-file", args->rig_file,
-                  "A rig file, or sim, slr or machine_vision for one that ships")
+                  "A rig file, or the name of one that ships: " + shipped_rigs())
       .shows_default();
   plan.add_option("--svg", args->svg, "Chart to write");
   plan.add_option("--vcd", args->vcd, "Edges to write, for a logic analyser's viewer");

@@ -39,7 +39,7 @@ void report(const PairArguments& args, const KnownRig& rig, const std::string& w
                 {"fingerprint", to_hex(rig.fingerprint)},
                 {"state", what}});
   } else {
-    fmt::print("{}: {} ({}, key {})\n", args.rig, what, rig.name,
+    fmt::print("{}: {} ({}, key {})\n", args.rig, what, one_line(rig.name),
                to_hex(rig.fingerprint).substr(0, 16));
   }
 }
@@ -78,7 +78,7 @@ int run_forget(const PairArguments& args) {
   known.forget(args.rig);
   report(args, rig, failure.empty() ? "forgotten" : "forgotten here alone");
   if (failure.empty()) return 0;
-  fmt::print(stderr, "lamella: warning: the rig still lets this host in: {}\n", failure);
+  fmt::print(stderr, "lamella: warning: the rig still lets this host in: {}\n", one_line(failure));
   return 1;
 }
 

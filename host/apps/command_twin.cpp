@@ -119,13 +119,17 @@ void run_twin(const TwinArguments& a) {
 void add_twin(const Command& app, int*) {
   const auto a = std::make_shared<TwinArguments>();
   const Command command = app.add_command("twin", "Photographs of a subject with known layers");
-  command.add_option("--subject", a->subject.subject, "head or sphere");
+  command.add_option("--subject", a->subject.subject, "head or sphere").shows_default();
   command.add_option("--seed", a->subject.seed, "Of the face, its skin and the noise")
-      .check(fault_of_whole_number);
-  command.add_option(
-      "--scale", a->subject.scale,
-      fmt::format("Times 600x750 pixels, {:g} to {:g}", twin::kLeastScale, twin::kLargestScale));
-  command.add_option("--noise", a->subject.noise, "Times the sensor's noise, 0 to 100");
+      .check(fault_of_whole_number)
+      .shows_default();
+  command
+      .add_option(
+          "--scale", a->subject.scale,
+          fmt::format("Times 600x750 pixels, {:g} to {:g}", twin::kLeastScale, twin::kLargestScale))
+      .shows_default();
+  command.add_option("--noise", a->subject.noise, "Times the sensor's noise, 0 to 100")
+      .shows_default();
   command.add_option("--out", a->out, "Folder of the new session");
   command.add_option("--serve", a->socket, "Local socket on which to answer a simulated rig");
   command.add_flag(

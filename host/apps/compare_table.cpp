@@ -13,6 +13,13 @@ std::string at(const Json& figures, const std::string& pointer, int digits, doub
   return fmt::format("{:.{}f}", figures[path].get<double>() * scale, digits);
 }
 
+// `name` as a part of a path: RFC 6901, section 3.
+std::string step_to(const std::string& name) {
+  std::string step = "/";
+  for (const char c : name) step += c == '~' ? "~0" : c == '/' ? "~1" : std::string(1, c);
+  return step;
+}
+
 std::string percent(const Json& figures, const std::string& pointer, int digits = 1) {
   const std::string text = at(figures, pointer, digits, 100);
   return text == "-" ? text : text + " %";
@@ -64,16 +71,16 @@ void region_rows(const Json& f, std::string* out) {
   *out += "\n" + fmt::format(kRegionRow, "region", "m / true, rad", "p L1", "l_d red, mm", "green",
                              "blue", "c RMSE", "single, error r g b", "R(r), L1 r g b");
   for (const auto& [name, region] : f["regions"].items()) {
-    const std::string r = "/regions/" + name;
+    const std::string r = "/regions" + step_to(name);
     const auto pair = [&](const std::string& a, const std::string& b, int digits) {
       return at(f, r + a, digits) + " / " + at(f, r + b, digits);
     };
-    *out += fmt::format(kRegionRow, name, pair("/gaussian_m", "/gaussian_m_truth", 3),
-                        percent(f, r + "/p_L1"), pair("/ld_mm/0", "/ld_truth/0", 2),
-                        pair("/ld_mm/1", "/ld_truth/1", 2), pair("/ld_mm/2", "/ld_truth/2", 2),
-                        percent(f, "/specular_intensity/per_region/" + name + "/rel_rmse", 0),
-                        three_percents(f, r + "/single_amplitude_rel_error"),
-                        three_percents(f, r + "/profile_L1"));
+    *out += fmt::format(
+        kRegionRow, name, pair("/gaussian_m", "/gaussian_m_truth", 3), percent(f, r + "/p_L1"),
+        pair("/ld_mm/0", "/ld_truth/0", 2), pair("/ld_mm/1", "/ld_truth/1", 2),
+        pair("/ld_mm/2", "/ld_truth/2", 2),
+        percent(f, "/specular_intensity/per_region" + step_to(name) + "/rel_rmse", 0),
+        three_percents(f, r + "/single_amplitude_rel_error"), three_percents(f, r + "/profile_L1"));
   }
   *out +=
       fmt::format(kRegionRow, "mean error", at(f, "/summary/gaussian_m_mean_abs_error", 3),
@@ -87,7 +94,7 @@ void view_rows(const Json& f, std::string* out) {
   *out += fmt::format("\n  {:<20}{:>10}{:>10}{:>12}{:>10}\n", "view", "all", "seen", "best scale",
                       "PSNR");
   for (const auto& [name, view] : f["views"].items()) {
-    const std::string v = "/views/" + name;
+    const std::string v = "/views" + step_to(name);
     *out += fmt::format("  {:<20}{:>10}{:>10}{:>12}{:>10}  relative RMSE, dB\n", name,
                         percent(f, v + "/rel_rmse"), percent(f, v + "/rel_rmse_seen"),
                         at(f, v + "/best_scale", 3), at(f, v + "/psnr_srgb_db", 1));

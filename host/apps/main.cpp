@@ -9,11 +9,14 @@
 #include <system_error>
 
 #include "apps/commands.h"
+#include "apps/report.h"
 #include "base/error.h"
+#include "io/link_client.h"
 
 namespace {
 
 using namespace lamella;
+using apps::one_line;
 
 int lose_report(const std::string& why) {
   std::fprintf(stderr,
@@ -32,7 +35,8 @@ int end_report(int exit_code) {
 int run(int argc, char** argv) {
   apps::CommandLine app(
       "Layered facial reflectance, from the rig to the engine.",
-      "Exit codes: 0 done, 1 done but below the quality asked, 2 bad input, 3 rig or link failed.");
+      "Exit codes: 0 done, 1 done but below the quality asked, 2 bad input, 3 rig or link failed.",
+      "lamella " LAMELLA_VERSION " (link protocol " + std::to_string(kProtocolVersion) + ")");
   app.require_command();
   google::protobuf::SetLogHandler(nullptr);  // what is wrong with a message is ours to say
   int exit_code = 0;
@@ -48,10 +52,11 @@ int run(int argc, char** argv) {
   try {
     if (const auto refused = app.run(argc, argv)) return *refused;
   } catch (const Error& e) {
-    std::fprintf(stderr, "lamella: %s\n", e.what());
+    std::fprintf(stderr, "lamella: %s\n", one_line(e.what()).c_str());
     return e.fault() == Fault::kBadInput ? 2 : 3;
   } catch (const std::filesystem::filesystem_error& e) {
-    std::fprintf(stderr, "lamella: %s: %s\n", e.path1().c_str(), e.code().message().c_str());
+    std::fprintf(stderr, "lamella: %s: %s\n", one_line(e.path1().string()).c_str(),
+                 e.code().message().c_str());
     return 2;
   } catch (const std::system_error& e) {
     if (std::ferror(stdout)) return lose_report(e.code().message());

@@ -34,11 +34,27 @@ std::string printable(const std::string& text) {
   return json_tree(json_text(nlohmann::json(text), -1));
 }
 
-std::string one_line(const std::string& text) {
-  std::string line = printable(text);
-  for (char& c : line) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
+std::string shown(const std::string& text) {
+  const std::string utf8 = printable(text);
+  std::string safe;
+  for (size_t i = 0; i < utf8.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(utf8[i]);
+    const auto next = static_cast<unsigned char>(i + 1 < utf8.size() ? utf8[i + 1] : 0);
+    if (byte == 0xc2 && next < 0xa0) {  // U+0080 to U+009F: control characters of one byte once
+      safe += fmt::format("\\x{:02x}", next);
+      ++i;
+    } else if ((byte < 0x20 && byte != '\n') || byte == 0x7f) {
+      safe += fmt::format("\\x{:02x}", byte);
+    } else {
+      safe += utf8[i];
+    }
   }
+  return safe;
+}
+
+std::string one_line(const std::string& text) {
+  std::string line = shown(text);
+  for (size_t at = 0; (at = line.find('\n', at)) != std::string::npos;) line.replace(at, 1, "\\n");
   return line;
 }
 

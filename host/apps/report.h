@@ -12,7 +12,11 @@ void print_json(const nlohmann::ordered_json& report);
 // `text` as UTF-8: bytes that are none are replaced.
 std::string printable(const std::string& text);
 
-// `text` of a rig or a file on one line of a terminal, with nothing in it that a terminal obeys.
+// `text` of a rig or a file as a terminal may show it: what a terminal would obey stands as an
+// escape, "\x1b". Ends of lines stay.
+std::string shown(const std::string& text);
+
+// The same on one line.
 std::string one_line(const std::string& text);
 
 // What keeps `text` from being a whole number from 0 to 2^64 - 1, empty where nothing does. CLI11

@@ -178,13 +178,6 @@ TEST_F(Command, WarnsOfAnUnknownFieldAndGoesOn) {
   EXPECT_NE(outcome.out.find("mood"), std::string::npos);
 }
 
-TEST_F(Command, NamesACommandThatIsNoneAndTheOneThatIsMeant) {
-  refused({"bogus"}, 2, {"no command \"bogus\"", "see lamella --help"});
-  refused({"captrue", "--rig", "sim"}, 2, {"no command \"captrue\"", "capture is one"});
-  refused({"rig", "stauts"}, 2,
-          {"no command \"rig stauts\"", "status is one", "see lamella rig --help"});
-}
-
 TEST_F(Command, RefusesForARealRigWhatOnlyASimulatedOneObeys) {
   for (const char* option : {"--seed", "--scale", "--clock", "--rig-file"}) {
     SCOPED_TRACE(option);

@@ -242,8 +242,9 @@ TEST(Compare, RefusesARequirementThatCannotBeJudgedBeforeItReportsAnything) {
   const Folder folder;
   const std::string a = folder / "a.exr";
   write_exr_rgb(a, noise(12, 12, 0.5, 1));
-  for (const char* wrong : {"beauty<=0.1", "rel_rmse<=nan", "rel_rmse<=inf", "rel_rmse<=a lot",
-                            "rel_rmse<=", "<=1", "a~b<=1", "rel_rmse.0<=1"}) {
+  for (const char* wrong :
+       {"beauty<=0.1", "rel_rmse<=0x10", "rel_rmse<=0x1p-3", "rel_rmse<=nan", "rel_rmse<=inf",
+        "rel_rmse<=a lot", "rel_rmse<=", "<=1", "a~b<=1", "rel_rmse.0<=1"}) {
     SCOPED_TRACE(wrong);
     const testing::Outcome outcome = testing::run_lamella({"compare", a, a, "--require", wrong});
     EXPECT_EQ(outcome.exit_code, 2);
@@ -275,6 +276,19 @@ TEST(Compare, ExitsWithNoughtWhereTheFitIsWhole) {
   const testing::Outcome outcome = compare_spoilt([](const fs::path&) {});
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(outcome.err, "");
+}
+
+TEST(Compare, OfARegionOfAnyNameGivesTheFiguresAndShowsTheNameSoThatNoTerminalObeysIt) {
+  const testing::Outcome outcome = compare_spoilt([](const fs::path& fit) {
+    v1::Layers layers = some_layers();
+    layers.mutable_regions(0)->set_name("a/b~\x1b[2J");
+    for (const fs::path& folder : {fit, fit.parent_path() / "truth"}) {
+      write_json(folder / "layers.json", layers);
+    }
+  });
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("a/b~\\x1b[2J       0.300 / 0.300"), std::string::npos) << outcome.out;
+  EXPECT_EQ(outcome.out.find('\x1b'), std::string::npos);
 }
 
 TEST(Compare, ExitsWithOneAndSaysWhichMapIsMissing) {

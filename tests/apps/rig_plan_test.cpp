@@ -76,6 +76,23 @@ TEST(RigPlan, ListsTheRigsThatShipWhereThereIsNoneOfThatName) {
   }
 }
 
+TEST(RigPlan, HelpNamesEveryRigThatShipsAndNoOther) {
+  const Outcome wrong = run_lamella({"rig", "plan", "--rig-file", "nosuch"});
+  const std::string before = "rigs that ship: ";
+  const size_t at = wrong.err.find(before) + before.size();
+  std::string list = wrong.err.substr(at, wrong.err.find('\n') - at), help;
+  for (const std::vector<std::string>& command :
+       {std::vector<std::string>{"rig", "plan", "--help"}, {"capture", "--help"}}) {
+    help = std::regex_replace(run_lamella(command).out, std::regex("\\s+"), " ");
+    EXPECT_NE(help.find(list), std::string::npos) << list << "\n" << help;
+  }
+  for (const auto& entry : fs::directory_iterator(LAMELLA_BOARD_DIR)) {
+    const std::string name = entry.path().stem().string();
+    const bool is_named = (", " + list + ",").find(", " + name + ",") != std::string::npos;
+    EXPECT_EQ(is_named, entry.path().extension() == ".rig") << entry.path();
+  }
+}
+
 TEST(RigPlan, NumbersHaveNoBinaryNoiseAndOneOfAThingIsNoPlural) {
   const Outcome json = run_lamella({"rig", "plan", "--rig-file", "sim", "--json"});
   std::smatch noisy;

@@ -1,0 +1,101 @@
+// The words of a command line: which command is meant, where options stand, help and version.
+#include <gtest/gtest.h>
+
+#include "apps/run_lamella.h"
+#include "io/fake_session.h"
+
+namespace lamella {
+namespace {
+
+using testing::Outcome;
+using testing::run_lamella;
+
+void expect_refusal(const std::vector<std::string>& words, const std::string& line) {
+  const Outcome outcome = run_lamella(words);
+  EXPECT_EQ(outcome.exit_code, 2) << line;
+  EXPECT_EQ(outcome.err, "lamella: " + line + "\n");
+  EXPECT_EQ(outcome.out, "");
+}
+
+TEST(CommandLine, NamesAWordThatIsNoCommandAndTheCommandThatIsMeant) {
+  expect_refusal({"bogus"}, "\"bogus\" is no command of \"lamella\"; see lamella --help");
+  expect_refusal({"captrue", "--rig", "sim"},
+                 "\"captrue\" is no command of \"lamella\"; lamella capture is one; "
+                 "see lamella --help");
+  expect_refusal({"rig", "stauts"},
+                 "\"stauts\" is no command of \"lamella rig\"; lamella rig status is one; "
+                 "see lamella rig --help");
+  expect_refusal({"rig", ""}, "\"\" is no command of \"lamella rig\"; see lamella rig --help");
+  expect_refusal({}, "lamella: needs a command; see lamella --help");
+  expect_refusal({"rig"}, "lamella rig: needs a command; see lamella rig --help");
+}
+
+TEST(CommandLine, KnowsTheCommandsOfTheRigThatAreAskedForWithoutIt) {
+  for (const std::string word :
+       {"sync", "status", "plan", "pair", "recover", "selftest", "list", "abort"}) {
+    expect_refusal({word, "--rig", "127.0.0.1:1"}, "\"" + word +
+                                                       "\" is no command of \"lamella\"; lamella "
+                                                       "rig " +
+                                                       word + " is one; see lamella --help");
+  }
+}
+
+TEST(CommandLine, SaysThatOptionsFollowTheCommand) {
+  expect_refusal({"--out", "s", "capture", "--rig", "sim"},
+                 "--out: options follow the command: lamella capture --out; see lamella --help");
+  expect_refusal({"--json=x", "check", "s"},
+                 "--json: options follow the command: lamella check --json; see lamella --help");
+  expect_refusal({"rig", "--json", "status"},
+                 "--json: options follow the command: lamella rig status --json; "
+                 "see lamella rig --help");
+  expect_refusal({"--out"},
+                 "--out: options follow the command: lamella COMMAND --out; see lamella --help");
+}
+
+TEST(CommandLine, HelpOfACommandIsWhatItPrintsOfItself) {
+  for (const std::vector<std::string>& command :
+       {std::vector<std::string>{}, {"fit"}, {"rig"}, {"rig", "sync"}}) {
+    std::vector<std::string> asked{"help"}, itself = command;
+    asked.insert(asked.end(), command.begin(), command.end());
+    itself.push_back("--help");
+    const Outcome help = run_lamella(asked);
+    EXPECT_EQ(help.exit_code, 0) << help.err;
+    EXPECT_NE(help.out.find("Usage: lamella"), std::string::npos) << help.out;
+    EXPECT_EQ(help.out, run_lamella(itself).out);
+  }
+  expect_refusal(
+      {"help", "exprot"},
+      "\"exprot\" is no command of \"lamella\"; lamella export is one; see lamella --help");
+}
+
+TEST(CommandLine, HelpPutsOptionsWhereTheyAreTaken) {
+  EXPECT_NE(run_lamella({"--help"}).out.find("Usage: lamella COMMAND [OPTIONS]\n"),
+            std::string::npos);
+  EXPECT_NE(run_lamella({"rig", "--help"}).out.find("Usage: lamella rig COMMAND [OPTIONS]\n"),
+            std::string::npos);
+  EXPECT_NE(run_lamella({"check", "--help"}).out.find("Usage: lamella check [OPTIONS] session\n"),
+            std::string::npos);
+}
+
+TEST(CommandLine, HelpSaysWhatStandsWhereAnOptionIsNotGiven) {
+  const std::string capture = run_lamella({"capture", "--help"}).out;
+  for (const char* option : {"--rig TEXT=sim ", "--seed UINT=1 ", "--scale FLOAT=1 ",
+                             "--clock TEXT:{virtual,real}=virtual", "--rig-file TEXT=sim "}) {
+    EXPECT_NE(capture.find(option), std::string::npos) << option << capture;
+  }
+}
+
+TEST(CommandLine, VersionIsOneLine) {
+  const Outcome outcome = run_lamella({"--version"});
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_EQ(outcome.out, "lamella " LAMELLA_VERSION " (link protocol 1)\n");
+}
+
+TEST(CommandLine, RefusesANameThatIsEmptyAndSaysWhichItIs) {
+  expect_refusal({"check", ""}, "session: \"\" is no name; see lamella check --help");
+  expect_refusal({"fit", "s", "--out", ""}, "--out: \"\" is no name; see lamella fit --help");
+  expect_refusal({"capture", "--out", ""}, "--out: \"\" is no name; see lamella capture --help");
+}
+
+}  // namespace
+}  // namespace lamella
