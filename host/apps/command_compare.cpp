@@ -22,13 +22,6 @@ struct CompareArguments {
   bool json = false;
 };
 
-// Decimal, as in a rig file. False where `text` is anything else, or more.
-bool read_decimal(const std::string& text, double* number) {
-  const char* end = text.data() + text.size();
-  const auto [at, failed] = std::from_chars(text.data(), end, *number);
-  return failed == std::errc() && at == end && std::isfinite(*number);
-}
-
 // "summary.p_L1_mean<=0.1"
 struct Requirement {
   std::string figure;
@@ -38,12 +31,12 @@ struct Requirement {
 
 Requirement requirement_from(const std::string& text) {
   const size_t at = text.find("<=");
-  double limit = 0;
-  if (at == std::string::npos || !read_decimal(text.substr(at + 2), &limit)) {
+  const auto limit = at == std::string::npos ? std::nullopt : decimal(text.substr(at + 2));
+  if (!limit) {
     throw_bad_input("--require", "\"" + text + "\" is not FIGURE<=VALUE",
                     "for example views.point_side.rel_rmse<=0.15");
   }
-  return {text.substr(0, at), limit, 0};
+  return {text.substr(0, at), *limit, 0};
 }
 
 // The part of that name; list elements by number, from 0. nullptr where there is none.

@@ -9,6 +9,7 @@
 #include <span>
 #include <type_traits>
 
+#include "apps/report.h"
 #include "base/error.h"
 
 namespace lamella::apps {
@@ -170,6 +171,7 @@ CommandOption Command::add_option(const std::string& name, T& value,
                                   const std::string& help) const {
   const CommandOption option(app_->add_option(name, value, help));
   const bool is_name = !name.starts_with("-") || std::is_same_v<T, std::filesystem::path>;
+  if (std::is_floating_point_v<T>) return option.check(fault_of_decimal);
   return is_name ? option.check(fault_of_nothing) : option;
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <cstdlib>
 
 #include "io/json_tree.h"
@@ -56,6 +57,18 @@ std::string one_line(const std::string& text) {
   std::string line = shown(text);
   for (size_t at = 0; (at = line.find('\n', at)) != std::string::npos;) line.replace(at, 1, "\\n");
   return line;
+}
+
+std::optional<double> decimal(const std::string& text) {
+  double number = 0;
+  const char* end = text.data() + text.size();
+  const auto [at, failure] = std::from_chars(text.data(), end, number);
+  if (failure != std::errc() || at != end || !std::isfinite(number)) return {};
+  return number;
+}
+
+std::string fault_of_decimal(const std::string& text) {
+  return decimal(text) ? "" : "\"" + text + "\" is no decimal number";
 }
 
 std::string fault_of_whole_number(const std::string& text) {

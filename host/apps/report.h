@@ -2,6 +2,7 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 namespace lamella::apps {
@@ -18,6 +19,14 @@ std::string shown(const std::string& text);
 
 // The same on one line.
 std::string one_line(const std::string& text);
+
+// The number that `text` is in decimal, as in a rig file; nothing where it is anything else, or
+// more.
+std::optional<double> decimal(const std::string& text);
+
+// What keeps `text` from being one, empty where nothing does. CLI11 alone takes hexadecimal and
+// nan.
+std::string fault_of_decimal(const std::string& text);
 
 // What keeps `text` from being a whole number from 0 to 2^64 - 1, empty where nothing does. CLI11
 // alone takes "-1" for the largest of them.

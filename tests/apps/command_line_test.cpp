@@ -91,6 +91,15 @@ TEST(CommandLine, VersionIsOneLine) {
   EXPECT_EQ(outcome.out, "lamella " LAMELLA_VERSION " (link protocol 1)\n");
 }
 
+TEST(CommandLine, TakesNumbersInDecimalAlone) {
+  for (const std::string wrong : {"nan", "inf", "0x10", "1e999", " 3", "3 "}) {
+    expect_refusal({"rig", "list", "--wait", wrong},
+                   "--wait: \"" + wrong + "\" is no decimal number; see lamella rig list --help");
+  }
+  expect_refusal({"capture", "--out", "s", "--scale", "nan"},
+                 "--scale: \"nan\" is no decimal number; see lamella capture --help");
+}
+
 TEST(CommandLine, RefusesANameThatIsEmptyAndSaysWhichItIs) {
   expect_refusal({"check", ""}, "session: \"\" is no name; see lamella check --help");
   expect_refusal({"fit", "s", "--out", ""}, "--out: \"\" is no name; see lamella fit --help");
