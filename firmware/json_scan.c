@@ -64,8 +64,23 @@ static size_t utf8_bytes(const unsigned char* at, const unsigned char* end) {
   return code >= kLeast[bytes] && code <= 0x10FFFF && !surrogate ? bytes : 0;
 }
 
-static bool is_hex(int c) {
-  return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f') || (c >= 'A' && c <= 'F');
+static int hex_digit(int c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  if ((c | 0x20) >= 'a' && (c | 0x20) <= 'f') return (c | 0x20) - 'a' + 10;
+  return -1;
+}
+
+// The code unit of UTF-16 that 'u' and four hexadecimal digits are; -1 where they are not there.
+static int read_unit(struct scan* scan) {
+  if (next(scan) != 'u') return -1;
+  scan->at++;
+  int unit = 0;
+  for (int i = 0; i < 4; i++, scan->at++) {
+    const int digit = hex_digit(next(scan));
+    if (digit < 0) return -1;
+    unit = unit << 4 | digit;
+  }
+  return unit;
 }
 
 // What comes after a backslash.
@@ -77,11 +92,13 @@ static bool skip_escape(struct scan* scan) {
     return true;
   }
   if (c != 'u') return fail(scan, "a backslash before something that needs none");
-  scan->at++;
-  for (int i = 0; i < 4; i++, scan->at++) {
-    if (!is_hex(next(scan))) return fail(scan, "\\u needs four hexadecimal digits");
-  }
-  return true;
+  const int unit = read_unit(scan);
+  if (unit < 0) return fail(scan, "\\u needs four hexadecimal digits");
+  if (unit >> 11 != 0xD800 >> 11) return true;  // no half of a pair
+  const bool first = unit < 0xDC00 && next(scan) == '\\';
+  if (first) scan->at++;
+  if (first && read_unit(scan) >> 10 == 0xDC00 >> 10) return true;
+  return fail(scan, "half a character");
 }
 
 // After its first quote; `text` and `length` are what is between the two.

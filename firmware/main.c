@@ -137,7 +137,7 @@ static const struct rig_camera* own_cameras(const struct daemon* daemon,
 
 // Into memory that lives as long as the daemon.
 static enum lam_status read_calibration(struct dialogue* dialogue, const char* path,
-                                        const struct rig_camera* cameras) {
+                                        const struct rig* rig, const struct rig_camera* cameras) {
   static uint8_t bytes[kMaxCalibrationBytes];
   char unread[INPUT_FILE_WHY_CHARS], why[CALIBRATION_WHY_CHARS];
   size_t* size = &dialogue->calibration_size;
@@ -145,7 +145,7 @@ static enum lam_status read_calibration(struct dialogue* dialogue, const char* p
     fprintf(stderr, "lamella-rigd: --calibration %s: %s\n", path, unread);
     return LAM_BAD_INPUT;
   }
-  if (!calibration_check((const char*)bytes, *size, cameras, why)) {
+  if (!calibration_check((const char*)bytes, *size, rig, cameras, why)) {
     fprintf(stderr, "lamella-rigd: --calibration %s: %s\n", path, why);
     return LAM_BAD_INPUT;
   }
@@ -189,7 +189,9 @@ static int start(struct daemon* daemon, const struct arguments* arguments) {
   struct dialogue given = {0};
   if (read_inputs(daemon, arguments) != LAM_OK) return kExitBadInput;
   const struct rig_camera* cameras = own_cameras(daemon, arguments);
-  if (read_calibration(&given, arguments->calibration, cameras) != LAM_OK) return kExitBadInput;
+  if (read_calibration(&given, arguments->calibration, &daemon->rig, cameras) != LAM_OK) {
+    return kExitBadInput;
+  }
   const bool real = strcmp(arguments->hal, "linux") == 0;
   const int unclaimed = real ? claim_lights(daemon) : 0;
   if (unclaimed != 0) return unclaimed;

@@ -163,7 +163,7 @@ TEST_F(RigdInput, ACalibrationThatNoHostCouldUseIsRefusedAtTheStartAndNothingIsW
       {std::string("\x9f\x01\xffnoise"), "line 1: not JSON"},
       {board_text("vm.rig"), "line 1: not JSON: no value begins here"},
       {R"({"format": "lamella.session.v1"})", "has no \"rig\""},
-      {calibration_text(600, 750), "line 4: the left camera has 600 x 750 pixels"}};
+      {calibration_text(600, 750, "", "vm"), "line 5: the left camera has 600 x 750 pixels"}};
   for (const auto& [text, says] : wrong) {
     std::ofstream(path) << text;
     const std::string line = "lamella-rigd: --calibration " + path + ": " + says;
