@@ -12,6 +12,7 @@
 #include "apps/commands.h"
 #include "apps/process_child.h"
 #include "apps/process_interrupt.h"
+#include "apps/recalibrated_source.h"
 #include "apps/report.h"
 #include "apps/resumed_source.h"
 #include "apps/rig_option.h"
@@ -25,7 +26,7 @@ namespace {
 
 struct Arguments {
   std::string rig;
-  fs::path store, out;
+  fs::path store, out, calibration;
   bool json = false;
 };
 
@@ -164,6 +165,16 @@ std::unique_ptr<BurstSource> source_of(const Arguments& args) {
   return std::make_unique<LinkClient>(args.rig, options);
 }
 
+// With the calibration that is given, in place of each burst's own.
+std::unique_ptr<BurstSource> recovered_from(const Arguments& args) {
+  if (args.calibration.empty()) return source_of(args);
+  if (args.out.empty()) {
+    throw_bad_input("rig recover --calibration", "nothing is fetched without --out",
+                    "give the folder for the sessions");
+  }
+  return std::make_unique<RecalibratedSource>(source_of(args), args.calibration);
+}
+
 // Exit 1 where a burst is not whole, 3 where one could not be fetched.
 int run_recover(const Arguments& args) {
   if (args.store.empty()) {
@@ -171,7 +182,7 @@ int run_recover(const Arguments& args) {
   } else {
     abandon_outputs_on_interrupt();  // a disk does not keep anybody waiting
   }
-  const std::unique_ptr<BurstSource> source = source_of(args);
+  const std::unique_ptr<BurstSource> source = recovered_from(args);
   if (!args.out.empty()) clear_unfinished(args.out);
   nlohmann::ordered_json bursts = nlohmann::ordered_json::array();
   int partial = 0, whole = 0, exit_code = 0;
@@ -219,6 +230,8 @@ void add_rig_bursts(const Command& rig, int* exit_code) {
   recover.add_option("--rig", args->rig, "HOST:PORT of the rig")
       .check(rig_address(Simulated::kNot));
   recover.add_option("--out", args->out, "Also put what is whole into sessions in this folder");
+  recover.add_option("--calibration", args->calibration,
+                     "Give the sessions this calibration.json, not their burst's own");
   recover.add_flag("--json", args->json, "Report as JSON");
   recover.runs([args, exit_code] { *exit_code = run_recover(*args); });
 }

@@ -16,14 +16,16 @@
 #include "calib/shown_patterns.h"
 #include "io/json.h"
 #include "io/raw12.h"
-#include "io/rig_message.h"
 #include "io/session.h"
+#include "io/session_rig.h"
 #include "io/whole_file.h"
 
 namespace lamella {
 
 namespace {
 
+constexpr const char* kOtherCalibration =
+    "`lamella rig recover --calibration FILE` fetches it with another";
 constexpr int kFramesInFlight = 6;  // received and not yet on disk: bounds the memory
 
 // What a burst of a rig is called in messages.
@@ -42,11 +44,11 @@ std::string lower(std::string text) {
 
 // The rig's words in a message of ours are checked like any file, but are the rig's fault.
 template <class Check>
-void blame_rig(const std::string& name, const Check& check) {
+void blame_rig(const std::string& name, const std::string& remedy, const Check& check) {
   try {
     check();
   } catch (const Error& e) {
-    throw Error(Fault::kRig, name, e.what());
+    throw Error(Fault::kRig, name, e.what(), remedy);
   }
 }
 
@@ -55,19 +57,22 @@ using Cameras = std::map<std::string, Camera>;
 v1::Session read_calibration(BurstSource* rig, const Burst& burst, Cameras* cameras) {
   const std::string text = rig->calibration(burst);
   v1::Session manifest;
-  blame_rig(name_of(*rig, burst), [&] {
-    parse_json(text, "its calibration", &manifest);
-    for (int i = 0; i < manifest.rig().cameras_size(); ++i) {
-      const std::string at = "its calibration: rig.cameras[" + std::to_string(i) + "]";
-      const Camera camera = camera_from_message(manifest.rig().cameras(i), at);
-      // It becomes the name of a folder.
-      if (camera.id != "left" && camera.id != "right") {
-        throw_bad_input(at + ".id", "\"" + camera.id + "\" is neither left nor right");
-      }
-      (*cameras)[camera.id] = camera;
-    }
+  blame_rig(name_of(*rig, burst), kOtherCalibration, [&] {
+    Session session;
+    manifest = calibration_from(text, "its calibration", &session);
+    (*cameras)["left"] = session.left;
+    if (session.right) (*cameras)["right"] = *session.right;
   });
   return manifest;
+}
+
+void require_same_rig(const v1::Welcome& welcome, const v1::Session& calibration) {
+  if (int(welcome.led_count()) != calibration.rig().leds_size()) {
+    throw_bad_input("its calibration: rig.leds", std::to_string(calibration.rig().leds_size()) +
+                                                     " of them, but it says that it has " +
+                                                     std::to_string(welcome.led_count()));
+  }
+  require_shown_patterns(welcome, calibration);
 }
 
 // The camera that took what is offered. `what` is the offer's name.
@@ -241,7 +246,8 @@ Reception receive_session(BurstSource* rig, const Burst& burst, const WholeFolde
   reception.manifest.set_shortfall(burst.shortfall);
   drop_regions(name, &reception);
   if (const v1::Welcome* welcome = rig->answering()) {
-    blame_rig(name, [&] { require_shown_patterns(*welcome, reception.manifest); });
+    blame_rig(name, kOtherCalibration,
+              [&] { require_shown_patterns(*welcome, reception.manifest); });
   }
   reception.offers = rig->offers(burst);
   if (burst.shortfall.empty() && reception.offers.size() != burst.frame_count) {

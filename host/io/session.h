@@ -78,7 +78,6 @@ struct Session {
 // the file and the field.
 Session read_session(const fs::path& path);
 
-// Rig part alone (calibration.json has the same message, `lamella.v1.Rig`).
 // What `fit` needs of a left camera: every role of the burst. Throws where one is missing.
 void require_burst(const Session& session);
 

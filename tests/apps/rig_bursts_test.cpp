@@ -360,6 +360,48 @@ TEST_F(RigBursts, SyncIntoALinkThatLeadsNowhereSaysSoAndTheBurstStaysOnTheRig) {
   EXPECT_TRUE(rig.holds_burst());
 }
 
+TEST_F(RigBursts, ABurstTakenWithACalibrationOfNoUseIsRecoveredWithAnotherAndThenLeavesTheRig) {
+  FakeRig rig;
+  load_burst(&rig, testing::kFakeSize);
+  rig.hold(whole());
+  v1::Session calibration = testing::fake_calibration(testing::kFakeSize);
+  const fs::path good = scratch.path() / "good.json";
+  write_json(good, calibration);
+  calibration.mutable_rig()->mutable_leds(0)->set_direction(0, 7);
+  rig.set_calibration(to_json(calibration));
+  const Outcome refused = sync(rig);
+  EXPECT_EQ(refused.exit_code, 3);
+  for (const std::string part :
+       {"rig.leds[0].direction: not a unit vector", "lamella rig recover --calibration FILE"}) {
+    EXPECT_NE(refused.err.find(part), std::string::npos) << refused.err;
+  }
+  EXPECT_TRUE(rig.acknowledged().empty());
+  const Outcome recovered = run_lamella({"rig", "recover", "--rig", rig.address(), "--out",
+                                         out.string(), "--calibration", good.string()});
+  EXPECT_EQ(recovered.exit_code, 0) << recovered.err;
+  EXPECT_NO_THROW(require_burst(read_session(out / "burst-000042")));
+  EXPECT_TRUE(rig.holds_burst());
+  EXPECT_EQ(sync(rig).exit_code, 0);
+  EXPECT_EQ(rig.acknowledged().size(), 40u);
+}
+
+TEST_F(RigBursts, RecoverTakesNoFileThatIsNoCalibrationAndNoneWithoutAPlaceForSessions) {
+  FakeRig rig;
+  load_burst(&rig, testing::kFakeSize);
+  rig.hold(whole());
+  const fs::path wrong = scratch.path() / "wrong.json";
+  std::ofstream(wrong) << "{}";
+  const Outcome outcome = run_lamella({"rig", "recover", "--rig", rig.address(), "--out",
+                                       out.string(), "--calibration", wrong.string()});
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.err.find("wrong.json: format: \"\""), std::string::npos) << outcome.err;
+  EXPECT_FALSE(fs::exists(out));
+  const Outcome nowhere =
+      run_lamella({"rig", "recover", "--rig", rig.address(), "--calibration", wrong.string()});
+  EXPECT_EQ(nowhere.exit_code, 2);
+  EXPECT_NE(nowhere.err.find("nothing is fetched without --out"), std::string::npos) << nowhere.err;
+}
+
 TEST_F(RigBursts, RecoverWithoutAPlaceToLookIsBadInput) {
   EXPECT_EQ(run_lamella({"rig", "recover"}).exit_code, 2);
   const Outcome outcome = run_lamella({"rig", "recover", "--store", scratch.path().string()});

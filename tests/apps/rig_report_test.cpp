@@ -7,9 +7,9 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/run_lamella.h"
+#include "firmware/test_calibration.h"
 #include "io/fake_rig.h"
 #include "io/fake_session.h"
-#include "io/json.h"
 #include "io/json_tree.h"
 #include "io/known_rigs.h"
 #include "link/rig_process.h"
@@ -54,8 +54,7 @@ class RigReport : public ::testing::Test {
   }
 
   std::vector<std::string> arguments_of_rigd(const std::vector<std::string>& more = {}) const {
-    std::ofstream(scratch.path() / "calibration.json")
-        << to_json(testing::fake_calibration({8, 8}));
+    std::ofstream(scratch.path() / "calibration.json") << calibration_text();
     std::vector<std::string> all{"--twin",        twin.path(),
                                  "--calibration", scratch.path() / "calibration.json",
                                  "--listen",      "127.0.0.1:0"};

@@ -156,6 +156,19 @@ TEST_F(Receive, RefusesACalibrationOfOtherPatternsThanTheRigShows) {
             std::string::npos);
 }
 
+TEST_F(Receive, RefusesACalibrationOfAnotherNumberOfLedsThanTheRigHas) {
+  FakeRig rig;
+  load_burst(&rig, kSize);
+  v1::Session calibration = testing::fake_calibration(kSize);
+  const v1::Led led = calibration.rig().leds(0);
+  const int leds = calibration.rig().leds_size();
+  *calibration.mutable_rig()->add_leds() = led;
+  rig.set_calibration(to_json(calibration));
+  EXPECT_NE(failure(rig).find("its calibration: rig.leds: " + std::to_string(leds + 1) +
+                              " of them, but it says that it has " + std::to_string(leds)),
+            std::string::npos);
+}
+
 TEST_F(Receive, NamesTheRigAndTheBurstInEveryRefusal) {
   const auto named = [](const FakeRig& rig) { return "rig " + rig.address() + ": burst 42: "; };
   FakeRig sends_twice;

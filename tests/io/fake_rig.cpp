@@ -58,6 +58,7 @@ void load_burst(FakeRig* rig, cv::Size size, const std::set<v1::Frame::Role>& wi
   rig->set_calibration(to_json(calibration));
   v1::Welcome welcome;
   *welcome.mutable_patterns() = calibration.patterns();
+  welcome.set_led_count(uint32_t(calibration.rig().leds_size()));
   welcome.set_projector_width(calibration.rig().projector().width());
   welcome.set_projector_height(calibration.rig().projector().height());
   rig->set_welcome(welcome);

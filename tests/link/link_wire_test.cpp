@@ -8,9 +8,8 @@
 #include <thread>
 
 #include "base/error.h"
+#include "firmware/test_calibration.h"
 #include "io/crc32c.h"
-#include "io/fake_session.h"
-#include "io/json.h"
 #include "io/known_rigs.h"
 #include "io/link_client.h"
 #include "io/paired_link.h"
@@ -34,7 +33,7 @@ class Wire : public ::testing::Test {
     folder = mkdtemp(name);
     fs::create_directory(state());
     fs::permissions(state(), fs::perms::owner_all);
-    std::ofstream(folder / "calibration.json") << to_json(testing::fake_calibration({8, 8}));
+    std::ofstream(folder / "calibration.json") << calibration_text();
   }
   void TearDown() override { fs::remove_all(folder); }
 
