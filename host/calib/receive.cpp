@@ -246,8 +246,7 @@ Reception receive_session(BurstSource* rig, const Burst& burst, const WholeFolde
   reception.manifest.set_shortfall(burst.shortfall);
   drop_regions(name, &reception);
   if (const v1::Welcome* welcome = rig->answering()) {
-    blame_rig(name, kOtherCalibration,
-              [&] { require_shown_patterns(*welcome, reception.manifest); });
+    blame_rig(name, kOtherCalibration, [&] { require_same_rig(*welcome, reception.manifest); });
   }
   reception.offers = rig->offers(burst);
   if (burst.shortfall.empty() && reception.offers.size() != burst.frame_count) {

@@ -164,9 +164,11 @@ TEST_F(Receive, RefusesACalibrationOfAnotherNumberOfLedsThanTheRigHas) {
   const int leds = calibration.rig().leds_size();
   *calibration.mutable_rig()->add_leds() = led;
   rig.set_calibration(to_json(calibration));
-  EXPECT_NE(failure(rig).find("its calibration: rig.leds: " + std::to_string(leds + 1) +
-                              " of them, but it says that it has " + std::to_string(leds)),
-            std::string::npos);
+  const std::string says = failure(rig);
+  EXPECT_NE(says.find("its calibration: rig.leds: " + std::to_string(leds + 1) +
+                      " of them, but it says that it has " + std::to_string(leds)),
+            std::string::npos)
+      << says;
 }
 
 TEST_F(Receive, NamesTheRigAndTheBurstInEveryRefusal) {
