@@ -1,4 +1,4 @@
-// lamella rig sync and lamella rig recover, run as a user runs them.
+// lamella rig sync and what it shares with rig recover, run as a user runs them.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -28,20 +28,8 @@ using testing::FakeRigFaults;
 using testing::Outcome;
 using testing::run_lamella;
 
-v1::HeldBurst whole() {
-  v1::HeldBurst burst;
-  burst.set_begun_unix_us(1790000000000000);
-  burst.set_whole(true);
-  burst.set_frames_expected(40);
-  return burst;
-}
-
-v1::HeldBurst partial() {
-  v1::HeldBurst burst = whole();
-  burst.set_whole(false);
-  burst.set_why("the power went");
-  return burst;
-}
+using testing::partial_burst;
+using testing::whole_burst;
 
 class RigBursts : public ::testing::Test {
  protected:
@@ -78,7 +66,7 @@ class RigBursts : public ::testing::Test {
 TEST_F(RigBursts, SyncMakesASessionAndOnlyThenTheRigForgetsTheBurst) {
   FakeRig rig;
   load_burst(&rig, testing::kFakeSize);
-  rig.hold(whole());
+  rig.hold(whole_burst());
   const Outcome outcome = sync(rig);
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_NO_THROW(require_burst(read_session(out / "burst-000042")));
@@ -94,7 +82,7 @@ TEST_F(RigBursts, SyncMakesASessionAndOnlyThenTheRigForgetsTheBurst) {
 TEST_F(RigBursts, ARunThatWasCutOffIsTakenUpAtTheByteThatItHadReached) {
   FakeRig rig(cut_for_good());
   load_burst(&rig, testing::kFakeSize);
-  rig.hold(whole());
+  rig.hold(whole_burst());
   EXPECT_THROW(fetch(rig), Error);
   EXPECT_FALSE(fs::exists(out / "burst-000042"));
   const size_t asked = rig.offsets(5).size();
@@ -107,7 +95,7 @@ TEST_F(RigBursts, ARunThatWasCutOffIsTakenUpAtTheByteThatItHadReached) {
 TEST_F(RigBursts, BytesThatWereSpoiltBetweenTwoRunsAreFetchedAgain) {
   FakeRig rig(cut_for_good());
   load_burst(&rig, testing::kFakeSize);
-  rig.hold(whole());
+  rig.hold(whole_burst());
   EXPECT_THROW(fetch(rig), Error);
   for (const auto& entry : fs::directory_iterator(out / ".fetching")) {
     std::fstream(entry.path(), std::ios::in | std::ios::out).put('?');
@@ -120,17 +108,17 @@ TEST_F(RigBursts, BytesThatWereSpoiltBetweenTwoRunsAreFetchedAgain) {
 TEST_F(RigBursts, ASessionThatIsThereAlreadyIsAcknowledgedAndNotFetchedAgain) {
   FakeRig first;
   load_burst(&first, testing::kFakeSize);
-  first.hold(whole());
+  first.hold(whole_burst());
   ASSERT_EQ(sync(first).exit_code, 0);
   FakeRig same;  // the host went down before its acknowledgements left
   load_burst(&same, testing::kFakeSize);
-  same.hold(whole());
+  same.hold(whole_burst());
   EXPECT_EQ(sync(same).exit_code, 0);
   EXPECT_TRUE(same.offsets(5).empty());
   EXPECT_EQ(same.acknowledged().size(), 40u);
   FakeRig other;  // another rig counts from 1 too
   load_burst(&other, testing::kFakeSize);
-  v1::HeldBurst later = whole();
+  v1::HeldBurst later = whole_burst();
   later.set_begun_unix_us(1790000000000001);
   other.hold(later);
   EXPECT_EQ(sync(other).exit_code, 0);
@@ -142,7 +130,7 @@ TEST_F(RigBursts, ABurstThatTheRigCannotReadStaysThereAndDoesNotKeepTheNextFromB
   faults.holds_damaged = true;
   FakeRig rig(faults);
   load_burst(&rig, testing::kFakeSize);
-  rig.hold(whole());
+  rig.hold(whole_burst());
   const Outcome outcome = sync(rig);
   EXPECT_EQ(outcome.exit_code, 3) << outcome.err;
   const auto bursts = json_tree(outcome.out)["bursts"];
@@ -160,7 +148,7 @@ TEST_F(RigBursts, SyncOfABurstThatTheRigMarkedKeepsWhatThereIsAndSaysThatItCanno
   faults.lacks = true;
   FakeRig rig(faults);
   load_burst(&rig, testing::kFakeSize, {v1::Frame::DOTS});
-  v1::HeldBurst held = whole();
+  v1::HeldBurst held = whole_burst();
   held.set_flashing_confirmed(true);
   rig.hold(held);
   const Outcome outcome = sync(rig);
@@ -189,7 +177,7 @@ TEST_F(RigBursts, RegionsInACalibrationAreLeftOutWithAWarningByCaptureAndBySync)
     FakeRig rig;
     load_burst(&rig, testing::kFakeSize);
     rig.set_calibration(calibration_with_regions());
-    rig.hold(whole());
+    rig.hold(whole_burst());
     const fs::path session = is_sync ? out / "burst-000042" : out / "captured";
     const Outcome outcome =
         is_sync ? sync(rig)
@@ -209,7 +197,7 @@ TEST_F(RigBursts, WhatCannotBeFittedIsNamedByItsPlaceAndNotByTheFolderItWasMadeI
   faults.lacks = true;
   FakeRig rig(faults);
   load_burst(&rig, testing::kFakeSize, {v1::Frame::DOTS});
-  rig.hold(whole());
+  rig.hold(whole_burst());
   const auto report = nlohmann::json::parse(sync(rig).out)["bursts"][0];
   const fs::path manifest = out / "burst-000042" / "session.json";
   EXPECT_EQ(report["unfit"].get<std::string>().find(manifest.string()), 0u) << report["unfit"];
@@ -220,7 +208,7 @@ TEST_F(RigBursts, ABurstThatIsRefusedNamesItsRigAndItsNumberAndNoFolderThatIsGon
     SCOPED_TRACE(is_sync ? "sync" : "capture");
     FakeRig rig;
     load_burst(&rig, testing::kFakeSize, {v1::Frame::DOTS});
-    rig.hold(whole());
+    rig.hold(whole_burst());
     const Outcome outcome =
         is_sync ? sync(rig)
                 : run_lamella({"capture", "--rig", rig.address(), "--out", (out / "s").string()});
@@ -248,7 +236,7 @@ fs::path killed_run_of(const fs::path& place) {
 TEST_F(RigBursts, WhatAKilledRunLeftIsRemovedByTheNextAndWhatItHadFetchedIsNot) {
   FakeRig rig(cut_for_good());
   load_burst(&rig, testing::kFakeSize);
-  rig.hold(whole());
+  rig.hold(whole_burst());
   EXPECT_THROW(fetch(rig), Error);
   const fs::path left = killed_run_of(out / "burst-000042");
   const Outcome outcome = sync(rig);
@@ -275,7 +263,7 @@ TEST_F(RigBursts, CaptureRemovesWhatAKilledCaptureLeftThere) {
 TEST_F(RigBursts, SyncOfAPartialBurstKeepsWhatIsWholeWithTheReasonAndSaysSo) {
   FakeRig rig;
   load_burst(&rig, testing::kFakeSize, {v1::Frame::DOTS});
-  rig.hold(partial());
+  rig.hold(partial_burst());
   EXPECT_EQ(sync(rig).exit_code, 1);
   EXPECT_TRUE(fs::exists(out / "burst-000042.partial" / "session.json"));
   const std::string note = read_text(out / "burst-000042.partial" / "burst.json");
@@ -285,24 +273,11 @@ TEST_F(RigBursts, SyncOfAPartialBurstKeepsWhatIsWholeWithTheReasonAndSaysSo) {
 
 TEST_F(RigBursts, ABurstOfWhichNothingIsWholeIsExplainedAndReleased) {
   FakeRig rig;
-  rig.hold(partial());
+  rig.hold(partial_burst());
   const Outcome outcome = sync(rig);
   EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
   EXPECT_NE(outcome.out.find("the power went"), std::string::npos);
   EXPECT_FALSE(rig.holds_burst());
-}
-
-TEST_F(RigBursts, RecoverExplainsAndChangesNothing) {
-  FakeRig rig;
-  load_burst(&rig, testing::kFakeSize, {v1::Frame::DOTS});
-  rig.hold(partial());
-  const Outcome outcome =
-      run_lamella({"rig", "recover", "--rig", rig.address(), "--out", out.string()});
-  EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
-  EXPECT_NE(outcome.out.find("why          the power went"), std::string::npos) << outcome.out;
-  EXPECT_TRUE(fs::exists(out / "burst-000042.partial"));
-  EXPECT_TRUE(rig.holds_burst());
-  EXPECT_TRUE(rig.acknowledged().empty());
 }
 
 TEST_F(RigBursts, AnInterruptionSaysWhatIsSoNowAndAdvisesNothingElse) {
@@ -347,7 +322,7 @@ TEST_F(RigBursts, APlaceForSessionsThatIsNoFolderIsRefusedThoughNothingIsHeld) {
 TEST_F(RigBursts, SyncIntoALinkThatLeadsNowhereSaysSoAndTheBurstStaysOnTheRig) {
   FakeRig rig;
   load_burst(&rig, testing::kFakeSize);
-  rig.hold(whole());
+  rig.hold(whole_burst());
   fs::create_directories(out);
   fs::create_symlink(scratch.path() / "unplugged", out / "burst-000042");
   const Outcome outcome = sync(rig);
@@ -358,55 +333,6 @@ TEST_F(RigBursts, SyncIntoALinkThatLeadsNowhereSaysSoAndTheBurstStaysOnTheRig) {
       << outcome.err;
   EXPECT_TRUE(rig.offsets(5).empty());  // before anything was fetched
   EXPECT_TRUE(rig.holds_burst());
-}
-
-TEST_F(RigBursts, ABurstTakenWithACalibrationOfNoUseIsRecoveredWithAnotherAndThenLeavesTheRig) {
-  FakeRig rig;
-  load_burst(&rig, testing::kFakeSize);
-  rig.hold(whole());
-  v1::Session calibration = testing::fake_calibration(testing::kFakeSize);
-  const fs::path good = scratch.path() / "good.json";
-  write_json(good, calibration);
-  calibration.mutable_rig()->mutable_leds(0)->set_direction(0, 7);
-  rig.set_calibration(to_json(calibration));
-  const Outcome refused = sync(rig);
-  EXPECT_EQ(refused.exit_code, 3);
-  for (const std::string part :
-       {"rig.leds[0].direction: not a unit vector", "lamella rig recover --calibration FILE"}) {
-    EXPECT_NE(refused.err.find(part), std::string::npos) << refused.err;
-  }
-  EXPECT_TRUE(rig.acknowledged().empty());
-  const Outcome recovered = run_lamella({"rig", "recover", "--rig", rig.address(), "--out",
-                                         out.string(), "--calibration", good.string()});
-  EXPECT_EQ(recovered.exit_code, 0) << recovered.err;
-  EXPECT_NO_THROW(require_burst(read_session(out / "burst-000042")));
-  EXPECT_TRUE(rig.holds_burst());
-  EXPECT_EQ(sync(rig).exit_code, 0);
-  EXPECT_EQ(rig.acknowledged().size(), 40u);
-}
-
-TEST_F(RigBursts, RecoverTakesNoFileThatIsNoCalibrationAndNoneWithoutAPlaceForSessions) {
-  FakeRig rig;
-  load_burst(&rig, testing::kFakeSize);
-  rig.hold(whole());
-  const fs::path wrong = scratch.path() / "wrong.json";
-  std::ofstream(wrong) << "{}";
-  const Outcome outcome = run_lamella({"rig", "recover", "--rig", rig.address(), "--out",
-                                       out.string(), "--calibration", wrong.string()});
-  EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_NE(outcome.err.find("wrong.json: format: \"\""), std::string::npos) << outcome.err;
-  EXPECT_FALSE(fs::exists(out));
-  const Outcome nowhere =
-      run_lamella({"rig", "recover", "--rig", rig.address(), "--calibration", wrong.string()});
-  EXPECT_EQ(nowhere.exit_code, 2);
-  EXPECT_NE(nowhere.err.find("nothing is fetched without --out"), std::string::npos) << nowhere.err;
-}
-
-TEST_F(RigBursts, RecoverWithoutAPlaceToLookIsBadInput) {
-  EXPECT_EQ(run_lamella({"rig", "recover"}).exit_code, 2);
-  const Outcome outcome = run_lamella({"rig", "recover", "--store", scratch.path().string()});
-  EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_NE(outcome.err.find("holds no bursts of a rig"), std::string::npos) << outcome.err;
 }
 
 }  // namespace

@@ -32,6 +32,21 @@ RawImage fake_raw(uint32_t frame_id, cv::Size size) {
   return image;
 }
 
+v1::HeldBurst whole_burst() {
+  v1::HeldBurst burst;
+  burst.set_begun_unix_us(1790000000000000);
+  burst.set_whole(true);
+  burst.set_frames_expected(40);
+  return burst;
+}
+
+v1::HeldBurst partial_burst() {
+  v1::HeldBurst burst = whole_burst();
+  burst.set_whole(false);
+  burst.set_why("the power went");
+  return burst;
+}
+
 FakePhotograph fake_photograph(uint32_t frame_id, cv::Size size) {
   FakePhotograph p;
   p.bytes = pack_rgb12p(fake_raw(frame_id, size));

@@ -101,6 +101,10 @@ RawImage fake_raw(uint32_t frame_id, cv::Size size);
 // Calibration and forty photographs of a burst, their values fake_raw(); some roles left out.
 void load_burst(FakeRig* rig, cv::Size size, const std::set<v1::Frame::Role>& without = {});
 
+// What such a rig says of it.
+v1::HeldBurst whole_burst();
+v1::HeldBurst partial_burst();  // "the power went"
+
 // STRIPES of the left camera, its values fake_raw().
 FakePhotograph fake_photograph(uint32_t frame_id, cv::Size size);
 

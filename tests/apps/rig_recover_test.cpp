@@ -1,0 +1,93 @@
+// lamella rig recover, run as a user runs it.
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "apps/run_lamella.h"
+#include "io/fake_rig.h"
+#include "io/fake_session.h"
+#include "io/json.h"
+#include "io/session.h"
+
+namespace lamella {
+namespace {
+
+using testing::FakeRig;
+using testing::Outcome;
+using testing::partial_burst;
+using testing::run_lamella;
+using testing::whole_burst;
+
+class RigRecover : public ::testing::Test {
+ protected:
+  Outcome run(std::vector<std::string> command, const FakeRig& rig) {
+    command.insert(command.begin(), "rig");
+    command.insert(command.end(), {"--rig", rig.address(), "--out", out.string()});
+    return run_lamella(command);
+  }
+
+  testing::ScratchFolder scratch;
+  fs::path out = scratch.path() / "sessions";
+};
+
+TEST_F(RigRecover, RecoverExplainsAndChangesNothing) {
+  FakeRig rig;
+  load_burst(&rig, testing::kFakeSize, {v1::Frame::DOTS});
+  rig.hold(partial_burst());
+  const Outcome outcome = run({"recover"}, rig);
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+  EXPECT_NE(outcome.out.find("why          the power went"), std::string::npos) << outcome.out;
+  EXPECT_TRUE(fs::exists(out / "burst-000042.partial"));
+  EXPECT_TRUE(rig.holds_burst());
+  EXPECT_TRUE(rig.acknowledged().empty());
+}
+
+TEST_F(RigRecover, ABurstTakenWithACalibrationOfNoUseIsRecoveredWithAnotherAndThenLeavesTheRig) {
+  FakeRig rig;
+  load_burst(&rig, testing::kFakeSize);
+  rig.hold(whole_burst());
+  v1::Session calibration = testing::fake_calibration(testing::kFakeSize);
+  const fs::path good = scratch.path() / "good.json";
+  write_json(good, calibration);
+  calibration.mutable_rig()->mutable_leds(0)->set_direction(0, 7);
+  rig.set_calibration(to_json(calibration));
+  const Outcome refused = run({"sync"}, rig);
+  EXPECT_EQ(refused.exit_code, 3);
+  for (const std::string part :
+       {"rig.leds[0].direction: not a unit vector", "lamella rig recover --calibration FILE"}) {
+    EXPECT_NE(refused.err.find(part), std::string::npos) << refused.err;
+  }
+  EXPECT_TRUE(rig.acknowledged().empty());
+  const Outcome recovered = run({"recover", "--calibration", good.string()}, rig);
+  EXPECT_EQ(recovered.exit_code, 0) << recovered.err;
+  EXPECT_NO_THROW(require_burst(read_session(out / "burst-000042")));
+  EXPECT_TRUE(rig.holds_burst());
+  EXPECT_EQ(run({"sync"}, rig).exit_code, 0);
+  EXPECT_EQ(rig.acknowledged().size(), 40u);
+}
+
+TEST_F(RigRecover, RecoverTakesNoFileThatIsNoCalibrationAndNoneWithoutAPlaceForSessions) {
+  FakeRig rig;
+  load_burst(&rig, testing::kFakeSize);
+  rig.hold(whole_burst());
+  const fs::path wrong = scratch.path() / "wrong.json";
+  std::ofstream(wrong) << "{}";
+  const Outcome outcome = run({"recover", "--calibration", wrong.string()}, rig);
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.err.find("wrong.json: format: \"\""), std::string::npos) << outcome.err;
+  EXPECT_FALSE(fs::exists(out));
+  const Outcome nowhere =
+      run_lamella({"rig", "recover", "--rig", rig.address(), "--calibration", wrong.string()});
+  EXPECT_EQ(nowhere.exit_code, 2);
+  EXPECT_NE(nowhere.err.find("nothing is fetched without --out"), std::string::npos) << nowhere.err;
+}
+
+TEST_F(RigRecover, RecoverWithoutAPlaceToLookIsBadInput) {
+  EXPECT_EQ(run_lamella({"rig", "recover"}).exit_code, 2);
+  const Outcome outcome = run_lamella({"rig", "recover", "--store", scratch.path().string()});
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.err.find("holds no bursts of a rig"), std::string::npos) << outcome.err;
+}
+
+}  // namespace
+}  // namespace lamella
