@@ -87,6 +87,23 @@ bool warn_of_doubt(const std::vector<fit::DoubtedLayer>& doubted) {
   return any;
 }
 
+void write_fit(WholeFolder* folder, const Session& session, const Stopwatch& watch,
+               fit::LayeredFit* fit) {
+  const Stopwatch write_watch;
+  const bool whole = !fit->maps.total_albedo.empty();
+  tbb::parallel_invoke([&] { write_layer_maps(folder->path(), fit->maps); },
+                       [&] {
+                         if (!whole) return;
+                         exporting::export_face(fit->maps, fit->layers, session.subject,
+                                                folder->path() / "model.glb");
+                       });
+  auto& timings = *fit->layers.mutable_timings_s();
+  timings["write"] = write_watch.seconds();
+  timings["total"] = watch.seconds();
+  write_json(folder->path() / "layers.json", fit->layers);
+  folder->commit();
+}
+
 int run_fit(const FitArguments& args) {
   const Stopwatch watch;
   abandon_outputs_on_interrupt();
@@ -101,19 +118,7 @@ int run_fit(const FitArguments& args) {
   }
   WholeFolder folder(out, "layers.json");
   fit::LayeredFit fit = fit::fit_layers(session, fit::step_from_name(args.until));
-  const Stopwatch write_watch;
-  const bool whole = !fit.maps.total_albedo.empty();
-  tbb::parallel_invoke([&] { write_layer_maps(folder.path(), fit.maps); },
-                       [&] {
-                         if (!whole) return;
-                         exporting::export_face(fit.maps, fit.layers, session.subject,
-                                                folder.path() / "model.glb");
-                       });
-  auto& timings = *fit.layers.mutable_timings_s();
-  timings["write"] = write_watch.seconds();
-  timings["total"] = watch.seconds();
-  write_json(folder.path() / "layers.json", fit.layers);
-  folder.commit();
+  folder.blame_place([&] { write_fit(&folder, session, watch, &fit); });
   if (args.json) {
     fmt::print("{}\n", to_json(fit.layers));
   } else {

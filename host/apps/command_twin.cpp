@@ -94,7 +94,7 @@ void run_twin(const TwinArguments& a) {
   twin::Studio studio(photographer, a.subject.seed);
   if (!a.calibration_out.empty()) write_calibration(a.calibration_out, photographer.rig());
   if (session) {
-    write_whole_session(&*session, photographer, &studio);
+    session->blame_place([&] { write_whole_session(&*session, photographer, &studio); });
     print_report(a, photographer.rig(), clock.seconds());
   }
   if (listener) {
@@ -102,7 +102,7 @@ void run_twin(const TwinArguments& a) {
     std::fflush(stdout);
   }
   if (truth) {  // connections wait meanwhile
-    twin::write_truth(truth->path(), photographer);
+    truth->blame_place([&] { twin::write_truth(truth->path(), photographer); });
     truth->commit();
   }
   if (listener) {

@@ -1,7 +1,9 @@
 // Bad input gets one line that names the file and the field, the right exit code, and leaves
 // nothing behind: neither an output nor a part of one.
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
+#include <csignal>
 #include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
@@ -224,6 +226,30 @@ TEST_F(Command, NeverLetsTheTwinReplaceAFolderThatIsNoSession) {
   std::ofstream(at("letters/dear.txt")) << "dear";
   refused({"twin", "--subject", "sphere", "--scale", "0.1", "--out", in("letters")}, 2,
           {"letters", "not replaced"});
+}
+
+TEST_F(Command, NamesThePlaceOfWhatTheDiskDoesNotTakeAndLeavesNothing) {
+  testing::write_fake_session(at("session"), cv::Size(96, 128));
+  std::signal(SIGXFSZ, SIG_IGN);
+  rlimit before;
+  getrlimit(RLIMIT_FSIZE, &before);
+  for (const std::vector<std::string>& command :
+       {std::vector<std::string>{"twin", "--subject", "sphere", "--scale", "0.1"},
+        {"fit", in("session")}}) {
+    SCOPED_TRACE(command[0]);
+    std::vector<std::string> arguments = command;
+    arguments.insert(arguments.end(), {"--out", in("out")});
+    const std::set<std::string> empty = scratch_.contents();
+    const rlimit small{4096, before.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &small);
+    const Outcome outcome = run_lamella(arguments);
+    setrlimit(RLIMIT_FSIZE, &before);
+    EXPECT_EQ(outcome.exit_code, 2);
+    EXPECT_NE(outcome.err.find("lamella: " + in("out") + "/"), std::string::npos) << outcome.err;
+    EXPECT_EQ(outcome.err.find(".part"), std::string::npos) << outcome.err;
+    EXPECT_EQ(scratch_.contents(), empty);
+  }
+  std::signal(SIGXFSZ, SIG_DFL);
 }
 
 TEST_F(Command, NeverReplacesTheTruthByAFit) {
