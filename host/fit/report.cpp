@@ -1,5 +1,7 @@
 #include "fit/report.h"
 
+#include "fit/unheld.h"
+
 namespace lamella::fit {
 
 namespace {
@@ -77,8 +79,12 @@ void start_report(const Burst& burst, LayeredFit* fit) {
 }
 
 void report_geometry(const Geometry& geometry, LayeredFit* fit) {
-  fit->maps.position_mm = geometry.position_mm;
-  put_confidence("position", confidence_of(geometry.sigma_mm), fit);
+  const Mask unheld = unheld_pixels(fit->maps.regions, geometry.measured);
+  Image1 confidence = confidence_of(geometry.sigma_mm);
+  fit->maps.position_mm = geometry.position_mm.clone();
+  fit->maps.position_mm.setTo(cv::Scalar::all(kNaN), unheld);
+  confidence.setTo(0, unheld);
+  put_confidence("position", confidence, fit);
 }
 
 void report_normals(const Normals& normals, LayeredFit* fit) {

@@ -19,11 +19,17 @@ const fs::path kHead = fs::path(LAMELLA_SHARED) / "sessions" / "head";
 // reach: position 0.30 and 0.40 mm, normals 5.0, 15 and 3.5 degrees, c 0.40, m 0.08, l_d 0.08,
 // shallow 0.12, deep 0.10, the view 0.15.
 const std::vector<std::string> kRequired{
-    "position.error_mm.median<=0.030",          "position.rms_trimmed99_mm<=0.10",
-    "normal_specular.deg.median<=1.1",          "normal_specular.deg.p95<=8.2",
-    "normal_diffuse.r.deg.median<=0.70",        "normal_diffuse.g.deg.median<=0.86",
-    "normal_diffuse.b.deg.median<=0.94",        "specular_intensity.all.rel_rmse<=0.145",
-    "summary.gaussian_m_mean_abs_error<=0.004", "summary.ld_mean_abs_rel_error<=0.042",
+    "position.error_mm.median<=0.030",
+    "position.rms_trimmed99_mm<=0.10",
+    "position.error_mm.rms<=0.20",
+    "normal_specular.deg.median<=1.1",
+    "normal_specular.deg.p95<=8.2",
+    "normal_diffuse.r.deg.median<=0.70",
+    "normal_diffuse.g.deg.median<=0.86",
+    "normal_diffuse.b.deg.median<=0.94",
+    "specular_intensity.all.rel_rmse<=0.145",
+    "summary.gaussian_m_mean_abs_error<=0.004",
+    "summary.ld_mean_abs_rel_error<=0.042",
     "views.point_side.rel_rmse<=0.078",
 };
 constexpr double kShallow = 0.089, kDeep = 0.10;  // mean of the channels' relative RMSE
