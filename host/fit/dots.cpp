@@ -4,6 +4,7 @@
 #include "base/parallel.h"
 #include "fit/dot_measure.h"
 #include "fit/layer_profile.h"
+#include "fit/layered_kernel.h"
 #include "fit/scattering.h"
 #include "model/diffuse_reflectance.h"
 
@@ -13,9 +14,9 @@ namespace {
 
 constexpr double kLeastLit = 0.25;      // of a dot's pixels, in a channel
 constexpr double kOffsetSigma = 0.003;  // of the black level, relative to FRONT - BLACK
-// Pull of the exponential kernel: weak, it lets the tail be what the dots say; strong, it keeps
-// noise out of the body, where renderers see every wiggle.
-constexpr double kTailRidge = 3, kBodyRidge = 300;
+// Pull of the exponential kernel: weak, it lets the tail be what the dots say; strong, it shows how
+// much of the tail they leave open.
+constexpr double kTailRidge = 3, kStiffRidge = 300;
 constexpr int kJackknifeGroups = 8;
 constexpr double kBlend_mm = 3;  // l_d goes from one region's to the next's over this
 constexpr float kHighestReflectance = 0.97f;
@@ -71,17 +72,23 @@ void add_bound(const std::string& at_bound, size_t channel, std::string* why, Do
   *doubt = Doubt::kAtBound;
 }
 
-void fit_channel(const std::vector<const KernelEquations*>& dots, double share, size_t c,
-                 RegionScattering* region) {
+void fit_channel(const std::vector<const KernelEquations*>& dots, double share, double footprint_mm,
+                 size_t c, RegionScattering* region) {
   KernelEquations all;
   for (const KernelEquations* dot : dots) all += *dot;
   const Kernel tail = solve_kernel(all, kOffsetSigma, kTailRidge);
-  const Kernel body = solve_kernel(all, kOffsetSigma, kBodyRidge);
   const DeepProfile deep = fit_deep_profile(tail.weight);
-  const LayeredProfile layers = fit_layered_profile(body.weight, deep, share, region->thickness_mm);
+  LayeredKernel given;
+  given.deep_ld_mm = deep.ld_mm;
+  given.shallow_share = share;
+  given.thickness_mm = region->thickness_mm;
+  const LayeredKernel kernel =
+      fit_layered_kernel(WeightEquations(all, kOffsetSigma), given, footprint_mm);
+  const LayeredProfile layers = fit_layered_profile(kernel, deep, share, region->thickness_mm);
   region->ld_mm[c] = deep.ld_mm;
   // What the dots leave open is what the pull decides.
-  const double open = deep.ld_mm - fit_deep_profile(body.weight).ld_mm;
+  const double open =
+      deep.ld_mm - fit_deep_profile(solve_kernel(all, kOffsetSigma, kStiffRidge).weight).ld_mm;
   region->ld_mm_stddev[c] = std::hypot(deep.ld_mm_stddev, jackknife_stddev(dots, all), open);
   region->deep_rms[c] = layers.deep_rms;
   region->alpha_dot[c] = layers.alpha_dot;
@@ -198,6 +205,7 @@ Scattering fit_scattering(const Burst& burst, const Geometry& geometry, const No
   Scattering scattering;
   scattering.regions.resize(burst.region_names.size() - 1);
   const std::vector<Dot> dots = measure_dots(burst, geometry, normals);
+  const double blur_mm = footprint_mm(burst.session->left, burst.session->projector);
   parallel_for(int(scattering.regions.size()), [&](int i) {
     RegionScattering& region = scattering.regions[size_t(i)];
     std::array<std::vector<const KernelEquations*>, 3> own;
@@ -211,7 +219,7 @@ Scattering fit_scattering(const Burst& burst, const Geometry& geometry, const No
     region.dots = int(own[1].size());
     region.deep_fitted = region.shallow_fitted = true;
     const std::array<double, 3> share = shallow_share(burst, separation, i + 1);
-    for (size_t c = 0; c < 3; ++c) fit_channel(own[c], share[c], c, &region);
+    for (size_t c = 0; c < 3; ++c) fit_channel(own[c], share[c], blur_mm, c, &region);
   });
   const std::vector<RegionScattering> measured = scattering.regions;
   for (size_t i = 0; i < measured.size(); ++i) {

@@ -15,8 +15,8 @@ constexpr double kRidgeFloor = 0.02;  // weights move by this against the pull o
 constexpr int kLengths = 48;          // exponential kernels to choose from
 constexpr double kShortest_mm = 0.15, kLongest_mm = 4;
 
-using Matrix = Eigen::Matrix<double, kSize, kSize>;
-using Vector = Eigen::Matrix<double, kSize, 1>;
+using Matrix = WeightEquations::Matrix;
+using Vector = WeightEquations::Vector;
 using Weights = GaussianBasis::Weights;
 
 // Minimises x'Ax - 2b'x over the unknowns that are `free`; the others are 0.
@@ -124,15 +124,23 @@ Weights exponential_kernel(double l_mm) {
   return weights;
 }
 
+WeightEquations::WeightEquations(const KernelEquations& equations, double offset_sigma)
+    : stiffness_(equations.left(kSize, kSize) + 1 / (offset_sigma * offset_sigma)),
+      right_(equations.right(kSize)),
+      coupling_(equations.left.topRightCorner<kSize, 1>()) {
+  a = equations.left.topLeftCorner<kSize, kSize>() - coupling_ * coupling_.transpose() / stiffness_;
+  b = equations.right.head<kSize>() - coupling_ * right_ / stiffness_;
+}
+
+double WeightEquations::offset(const Vector& weights) const {
+  return (right_ - coupling_.dot(weights)) / stiffness_;
+}
+
 Kernel solve_kernel(const KernelEquations& equations, double offset_sigma, double ridge) {
-  // The offset is eliminated: whatever the weights, its best value is linear in them.
-  const double stiffness = equations.left(kSize, kSize) + 1 / (offset_sigma * offset_sigma);
-  const Vector coupling = equations.left.topRightCorner<kSize, 1>();
+  const WeightEquations reduced(equations, offset_sigma);
   const double scale = kSamples / std::max(equations.count, 1.0);
-  const Matrix h = scale * (equations.left.topLeftCorner<kSize, kSize>() -
-                            coupling * coupling.transpose() / stiffness);
-  const Vector g =
-      scale * (equations.right.head<kSize>() - coupling * equations.right(kSize) / stiffness);
+  const Matrix h = scale * reduced.a;
+  const Vector g = scale * reduced.b;
   const auto cost = [&](const Weights& w) {
     return as_vector(w).dot(h * as_vector(w)) - 2 * g.dot(as_vector(w));
   };
@@ -149,7 +157,7 @@ Kernel solve_kernel(const KernelEquations& equations, double offset_sigma, doubl
       solve_not_negative(a, g + pull.cwiseProduct(prior) + Vector::Constant(sum_weight));
   Kernel kernel;
   for (int j = 0; j < kSize; ++j) kernel.weight[size_t(j)] = x(j) / x.sum();
-  kernel.offset = (equations.right(kSize) - coupling.dot(as_vector(kernel.weight))) / stiffness;
+  kernel.offset = reduced.offset(as_vector(kernel.weight));
   KernelEquations::Vector all;
   all << as_vector(kernel.weight), kernel.offset;
   kernel.cost = equations.cost(all);

@@ -28,6 +28,23 @@ struct KernelEquations {
   double cost(const Vector& unknowns) const;
 };
 
+// The same in the weights alone: whatever these are, the offset's best value within its sigma is
+// linear in them. Minimises w'Aw - 2b'w.
+struct WeightEquations {
+  using Matrix = Eigen::Matrix<double, GaussianBasis::kSize, GaussianBasis::kSize>;
+  using Vector = Eigen::Matrix<double, GaussianBasis::kSize, 1>;
+
+  WeightEquations(const KernelEquations& equations, double offset_sigma);
+  double offset(const Vector& weights) const;  // its best value at these
+
+  Matrix a;
+  Vector b;
+
+ private:
+  double stiffness_, right_;
+  Vector coupling_;
+};
+
 struct Kernel {
   std::array<double, GaussianBasis::kSize> weight{};  // not negative, sum 1
   double offset = 0;

@@ -40,13 +40,13 @@ struct Sample {
 };
 
 // Rings at equal steps of log r, each weighted by the root of the light in it.
-std::vector<Sample> sample_kernel(const GaussianBasis::Weights& kernel, double from_mm,
-                                  double to_mm, int count) {
+std::vector<Sample> sample_kernel(const RadialProfile& kernel, double from_mm, double to_mm,
+                                  int count) {
   std::vector<Sample> samples;
   double largest = 0;
   for (int i = 0; i < count; ++i) {
     const double r = from_mm * std::pow(to_mm / from_mm, i / (count - 1.0));
-    const double value = std::max(GaussianBasis::profile(kernel, r), 1e-9);
+    const double value = std::max(kernel(r), 1e-9);
     samples.push_back({r, value, std::sqrt(r * r * value)});
     largest = std::max(largest, samples.back().weight);
   }
@@ -218,7 +218,8 @@ void judge_shallow(double share, double thickness_mm, LayeredProfile* profile) {
 }  // namespace
 
 DeepProfile fit_deep_profile(const GaussianBasis::Weights& kernel) {
-  const std::vector<Sample> samples = sample_kernel(kernel, 1.0, kLongest_mm, 24);
+  const auto value = [&](double r_mm) { return GaussianBasis::profile(kernel, r_mm); };
+  const std::vector<Sample> samples = sample_kernel(value, 1.0, kLongest_mm, 24);
   double log_ld = 0, log_transport = std::log(kTransport_mm), log_amplitude = 0;
   ceres::Problem problem;
   for (const Sample& sample : samples) {
@@ -246,7 +247,7 @@ DeepProfile fit_deep_profile(const GaussianBasis::Weights& kernel) {
   return deep;
 }
 
-LayeredProfile fit_layered_profile(const GaussianBasis::Weights& kernel, const DeepProfile& deep,
+LayeredProfile fit_layered_profile(const RadialProfile& kernel, const DeepProfile& deep,
                                    double shallow_share, double thickness_mm) {
   const std::vector<Sample> samples = sample_kernel(kernel, kShortest_mm, kLongest_mm, 32);
   double light = 0;

@@ -2,11 +2,14 @@
 // multipole that completes it.
 #pragma once
 
+#include <functional>
 #include <string>
 
 #include "fit/gaussian_basis.h"
 
 namespace lamella::fit {
+
+using RadialProfile = std::function<double(double r_mm)>;  // per mm^2
 
 struct DeepProfile {
   double ld_mm = 0, ld_mm_stddev = 0;
@@ -31,7 +34,7 @@ struct LayeredProfile {
 
 // Deep dipole of mean free path `ld_mm` and shallow multipole together, to the whole kernel; their
 // integrals are in the proportion that the stripes measured.
-LayeredProfile fit_layered_profile(const GaussianBasis::Weights& kernel, const DeepProfile& deep,
+LayeredProfile fit_layered_profile(const RadialProfile& kernel, const DeepProfile& deep,
                                    double shallow_share, double thickness_mm);
 
 }  // namespace lamella::fit

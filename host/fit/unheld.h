@@ -7,8 +7,8 @@
 namespace lamella::fit {
 
 // 255 at the labelled pixels for which no position is to be given. `measured`: 255 where a pixel's
-// own light was triangulated. A gap that is measured all around is bridged if it is narrow; one that
-// is open on a side is not.
+// own light was triangulated. A gap that is measured all around is bridged if it is narrow; one
+// that is open on a side is not.
 Mask unheld_pixels(const Labels& regions, const Mask& measured);
 
 }  // namespace lamella::fit

@@ -144,10 +144,14 @@ TEST(Dots, MapOfAlphaFollowsFromDeepAlbedoByEquationEight) {
   EXPECT_NEAR(fit.deep_ld_mm(50, 50)[1], fit.regions[0].ld_mm[1], 1e-4);
 }
 
+RadialProfile profile_of(const GaussianBasis::Weights& kernel) {
+  return [kernel](double r_mm) { return GaussianBasis::profile(kernel, r_mm); };
+}
+
 TEST(LayeredProfile, DeepAndShallowTogetherIntegrateToTheKernel) {
   const GaussianBasis::Weights kernel = exponential_kernel(0.8);
   const DeepProfile deep = fit_deep_profile(kernel);
-  const LayeredProfile layers = fit_layered_profile(kernel, deep, 0.5, 0.5);
+  const LayeredProfile layers = fit_layered_profile(profile_of(kernel), deep, 0.5, 0.5);
   EXPECT_TRUE(layers.shallow_fitted) << layers.shallow_why;
   EXPECT_GT(layers.shallow_alpha, 0);
   EXPECT_LT(layers.shallow_alpha, 1);
@@ -170,14 +174,14 @@ TEST(LayeredProfile, SaysWhichFigureStandsAtItsBound) {
   const GaussianBasis::Weights kernel = exponential_kernel(0.8);
   const DeepProfile deep = fit_deep_profile(kernel);
   EXPECT_EQ(deep.at_bound, "");
-  const LayeredProfile even = fit_layered_profile(kernel, deep, 0.5, 0.5);
+  const LayeredProfile even = fit_layered_profile(profile_of(kernel), deep, 0.5, 0.5);
   EXPECT_EQ(even.deep_at_bound, "");
   EXPECT_EQ(even.shallow_at_bound, "");
-  const LayeredProfile little_shallow = fit_layered_profile(kernel, deep, 0.2, 0.5);
+  const LayeredProfile little_shallow = fit_layered_profile(profile_of(kernel), deep, 0.2, 0.5);
   ASSERT_NEAR(little_shallow.shallow_ld_mm, 0.1, 1e-5);
   EXPECT_EQ(little_shallow.deep_at_bound, "");
   EXPECT_EQ(little_shallow.shallow_at_bound, "l_d, 0.1 mm");
-  const LayeredProfile little_deep = fit_layered_profile(kernel, deep, 0.8, 0.5);
+  const LayeredProfile little_deep = fit_layered_profile(profile_of(kernel), deep, 0.8, 0.5);
   ASSERT_NEAR(little_deep.alpha_dot, 0.02, 1e-5);
   EXPECT_EQ(little_deep.deep_at_bound, "alpha_dot, 0.02");
   EXPECT_EQ(little_deep.shallow_at_bound, "");
@@ -185,7 +189,8 @@ TEST(LayeredProfile, SaysWhichFigureStandsAtItsBound) {
 
 TEST(LayeredProfile, ShallowLayerThatTheStripesDoNotSeeIsDroppedWithAReason) {
   const GaussianBasis::Weights kernel = exponential_kernel(0.8);
-  const LayeredProfile layers = fit_layered_profile(kernel, fit_deep_profile(kernel), 0.001, 0.5);
+  const LayeredProfile layers =
+      fit_layered_profile(profile_of(kernel), fit_deep_profile(kernel), 0.001, 0.5);
   EXPECT_FALSE(layers.shallow_fitted);
   EXPECT_FALSE(layers.shallow_why.empty());
 }

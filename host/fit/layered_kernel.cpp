@@ -1,0 +1,166 @@
+#include "fit/layered_kernel.h"
+
+#include <ceres/ceres.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "model/multipole.h"
+
+namespace lamella::fit {
+
+namespace {
+
+constexpr int kSize = GaussianBasis::kSize;
+constexpr int kRings = 96;
+constexpr double kNearest_mm = 0.01, kFurthest_mm = 16;
+constexpr double kProjectionRidge = 1e-7;   // of the trace
+constexpr double kLeastEigenvalue = 1e-12;  // of the largest: below it nothing was measured
+constexpr double kHighestAlpha = 0.9999, kLowestAlpha = 0.02;
+constexpr double kShortestShallowLd_mm = 0.1, kLongestShallowLd_mm = 4;
+constexpr double kBlur_px = 0.43;  // one sigma of a box, 0.29, and of what lenses blur, 0.32
+// A shallow layer is hardly wider: where pixels blur more, what they hide is not to be had back.
+constexpr double kMostBlur_mm = 0.2;
+constexpr double kLdFactor = 2;  // either way from the tail's
+
+using Projection = Eigen::Matrix<double, kSize, kRings>;
+using Matrix = WeightEquations::Matrix;
+using Vector = WeightEquations::Vector;
+
+double ring_mm(int i) {
+  return kNearest_mm * std::pow(kFurthest_mm / kNearest_mm, i / (kRings - 1.0));
+}
+
+// From a profile at the rings to the weights of the blurred basis: least squares, weighted as a
+// kernel of this length has light.
+Projection projection_of(double ld_mm, double footprint_mm) {
+  Eigen::Matrix<double, kRings, kSize> basis = Eigen::Matrix<double, kRings, kSize>::Zero();
+  Eigen::Matrix<double, kRings, 1> weight;
+  for (int i = 0; i < kRings; ++i) {
+    const double r = ring_mm(i), light = r * std::exp(-r / ld_mm) / (2 * M_PI * ld_mm);
+    weight(i) = r / std::sqrt(light + 1e-4);
+    for (int j = 0; j < kSize; ++j) {
+      const double sigma = GaussianBasis::sigma_mm(j);
+      if (sigma < 1.02 * footprint_mm) continue;  // no kernel is blurred as little
+      const double s2 = sigma * sigma - footprint_mm * footprint_mm;
+      basis(i, j) = weight(i) * std::exp(-r * r / (2 * s2)) / (2 * M_PI * s2);
+    }
+  }
+  Matrix normal = basis.transpose() * basis;
+  normal.diagonal().array() += kProjectionRidge * normal.trace() / kSize;
+  return normal.ldlt().solve(basis.transpose() * weight.asDiagonal());
+}
+
+template <class Real>
+Real layered_value(const Real& deep_s, const Real& deep_ld, const Real& shallow_s,
+                   const Real& shallow_ld, double share, double thickness_mm, double r_mm) {
+  const model::Dipole<Real> dermis{model::alpha_from_s(deep_s), deep_ld};
+  const model::Multipole<Real> slab{model::alpha_from_s(shallow_s), shallow_ld, thickness_mm};
+  return (1 - share) * model::dipole_reflectance(dermis, r_mm) /
+             model::diffuse_reflectance_at_s(deep_s) +
+         share * model::multipole_reflectance(slab, r_mm) / model::multipole_total(slab);
+}
+
+// |root (w - best)|, squared, is the equations' cost but for a constant.
+struct Residual {
+  Projection projection;
+  Matrix root;
+  Vector target;
+  double share, thickness_mm;
+
+  template <class Real>
+  bool operator()(const Real* deep_s, const Real* log_ld, const Real* shallow_s,
+                  const Real* log_shallow_ld, Real* residual) const {
+    using std::exp;
+    const Real ld = exp(*log_ld), shallow_ld = exp(*log_shallow_ld);
+    Eigen::Matrix<Real, kSize, 1> w = Eigen::Matrix<Real, kSize, 1>::Zero();
+    for (int i = 0; i < kRings; ++i) {
+      const Real value =
+          layered_value(*deep_s, ld, *shallow_s, shallow_ld, share, thickness_mm, ring_mm(i));
+      for (int j = 0; j < kSize; ++j) w(j) += projection(j, i) * value;
+    }
+    const Real sum = w.sum();
+    for (int k = 0; k < kSize; ++k) {
+      residual[k] = Real(-target(k));
+      for (int j = 0; j < kSize; ++j) residual[k] += root(k, j) * w(j) / sum;
+    }
+    return true;
+  }
+};
+
+Residual residual_of(const WeightEquations& equations, const LayeredKernel& given,
+                     double footprint_mm) {
+  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(equations.a);
+  const Vector values =
+      eigen.eigenvalues().cwiseMax(kLeastEigenvalue * eigen.eigenvalues().maxCoeff());
+  const Vector root = values.cwiseSqrt();
+  return {projection_of(given.deep_ld_mm, footprint_mm),
+          root.asDiagonal() * eigen.eigenvectors().transpose(),
+          root.cwiseInverse().asDiagonal() * (eigen.eigenvectors().transpose() * equations.b),
+          given.shallow_share, given.thickness_mm};
+}
+
+double descend(const Residual& residual, double ld_mm, LayeredKernel* at) {
+  double log_ld = std::log(at->deep_ld_mm), log_shallow_ld = std::log(at->shallow_ld_mm);
+  ceres::Problem problem;
+  problem.AddResidualBlock(
+      new ceres::AutoDiffCostFunction<Residual, kSize, 1, 1, 1, 1>(new Residual(residual)), nullptr,
+      &at->deep_s, &log_ld, &at->shallow_s, &log_shallow_ld);
+  for (double* s : {&at->deep_s, &at->shallow_s}) {
+    problem.SetParameterLowerBound(s, 0, model::s_from_alpha(kHighestAlpha));
+    problem.SetParameterUpperBound(s, 0, model::s_from_alpha(kLowestAlpha));
+  }
+  problem.SetParameterLowerBound(&log_ld, 0, std::log(ld_mm / kLdFactor));
+  problem.SetParameterUpperBound(&log_ld, 0, std::log(ld_mm * kLdFactor));
+  problem.SetParameterLowerBound(&log_shallow_ld, 0, std::log(kShortestShallowLd_mm));
+  problem.SetParameterUpperBound(&log_shallow_ld, 0, std::log(kLongestShallowLd_mm));
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_QR;
+  options.logging_type = ceres::SILENT;
+  options.max_num_iterations = 40;
+  options.num_threads = 1;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+  at->deep_ld_mm = std::exp(log_ld);
+  at->shallow_ld_mm = std::exp(log_shallow_ld);
+  return summary.final_cost;
+}
+
+}  // namespace
+
+double LayeredKernel::operator()(double r_mm) const {
+  return layered_value(deep_s, deep_ld_mm, shallow_s, shallow_ld_mm, shallow_share, thickness_mm,
+                       r_mm);
+}
+
+double footprint_mm(const Camera& camera, const Camera& projector) {
+  const double camera_px_mm = camera.depth_mm({0, 0, 0}) / camera.fx;
+  const double projector_px_mm = projector.depth_mm({0, 0, 0}) / projector.fx;
+  return std::min(kMostBlur_mm, kBlur_px * std::hypot(camera_px_mm, projector_px_mm));
+}
+
+LayeredKernel fit_layered_kernel(const WeightEquations& equations, const LayeredKernel& given,
+                                 double footprint_mm) {
+  const Residual residual = residual_of(equations, given, footprint_mm);
+  LayeredKernel best = given;
+  double least = std::numeric_limits<double>::infinity();
+  // The valley has side arms, as that of fit_layered_profile().
+  for (const auto& [deep_s, shallow_s, shallow_ld_mm] :
+       {std::array{0.4, 0.3, 0.4}, {1.2, 0.17, 1.3}, {1.2, 1.0, 0.5}}) {
+    LayeredKernel at = given;
+    at.deep_s = deep_s;
+    at.shallow_s = shallow_s;
+    at.shallow_ld_mm = shallow_ld_mm;
+    const double cost = descend(residual, given.deep_ld_mm, &at);
+    if (cost >= least) continue;
+    least = cost;
+    best = at;
+  }
+  return best;
+}
+
+}  // namespace lamella::fit

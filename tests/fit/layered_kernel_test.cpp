@@ -1,0 +1,80 @@
+#include "fit/layered_kernel.h"
+
+#include <gtest/gtest.h>
+
+namespace lamella::fit {
+namespace {
+
+constexpr double kFootprint_mm = 0.2;
+
+LayeredKernel skin() {
+  LayeredKernel kernel;
+  kernel.deep_s = 0.8;
+  kernel.deep_ld_mm = 1.4;
+  kernel.shallow_s = 0.5;
+  kernel.shallow_ld_mm = 0.6;
+  kernel.shallow_share = 0.4;
+  kernel.thickness_mm = 0.5;
+  return kernel;
+}
+
+// The share of a wave of f cycles per mm that a kernel lets through: its Hankel transform.
+double transfer(const LayeredKernel& kernel, double f) {
+  double sum = 0;
+  for (double r = 5e-4; r < 40; r *= 1.002) {
+    sum += kernel(r) * std::cyl_bessel_j(0.0, 2 * M_PI * f * r) * 2 * M_PI * r * r * 0.002;
+  }
+  return sum;
+}
+
+// What waves of many lengths show of it through a camera and a projector that blur.
+WeightEquations waves_through(const LayeredKernel& kernel) {
+  KernelEquations equations;
+  for (int i = 0; i < 60; ++i) {
+    const double f = 0.03 * i, blur = std::exp(-2 * std::pow(M_PI * kFootprint_mm * f, 2));
+    KernelEquations::Vector row = KernelEquations::Vector::Zero();
+    for (int j = 0; j < GaussianBasis::kSize; ++j) row(j) = GaussianBasis::transfer(j, f);
+    row(GaussianBasis::kSize) = 1;
+    equations.add(row, transfer(kernel, f) * blur, 1e4);
+  }
+  return WeightEquations(equations, 1e-4);
+}
+
+// Relative, by area, from 0.1 to 8 mm.
+double difference(const LayeredKernel& a, const LayeredKernel& b) {
+  double apart = 0, light = 0;
+  for (double r = 0.1; r < 8; r *= 1.02) {
+    apart += r * r * std::abs(a(r) - b(r));
+    light += r * r * b(r);
+  }
+  return apart / light;
+}
+
+TEST(LayeredKernel, IntegratesToOne) { EXPECT_NEAR(transfer(skin(), 0), 1, 0.01); }
+
+TEST(LayeredKernel, IsFoundAgainInWhatItShowsThroughTheBlur) {
+  LayeredKernel given = skin();
+  given.deep_ld_mm = 1.6;  // as the tail may say
+  const LayeredKernel found = fit_layered_kernel(waves_through(skin()), given, kFootprint_mm);
+  EXPECT_LT(difference(found, skin()), 0.03);
+}
+
+TEST(LayeredKernel, ABlurThatIsNotTakenOutIsTakenForSkin) {
+  const LayeredKernel found = fit_layered_kernel(waves_through(skin()), skin(), 0.05);
+  EXPECT_GT(difference(found, skin()), 0.05);
+}
+
+TEST(LayeredKernel, TheFootprintGrowsWithThePixelsAsFarAsItCanBeTakenOut) {
+  Camera camera;
+  camera.fx = camera.fy = 10000;
+  camera.translation_mm = {0, 0, 1000};
+  Camera coarse = camera, coarser = camera;
+  coarse.fx = coarse.fy = 5000;
+  coarser.fx = coarser.fy = 1000;
+  EXPECT_NEAR(footprint_mm(camera, camera), 0.43 * std::sqrt(2) * 0.1, 1e-9);
+  EXPECT_NEAR(footprint_mm(coarse, coarse), 2 * footprint_mm(camera, camera), 1e-9);
+  EXPECT_EQ(footprint_mm(coarser, coarser), 0.2);
+}
+
+}  // namespace
+}  // namespace lamella::fit
