@@ -10,7 +10,7 @@ const char kArgumentsHelp[] =
     "       lamella-rigd --hal sim --rig FILE --calibration FILE\n"
     "                    --listen 127.0.0.1:PORT --twin SOCKET|--test-frames\n"
     "                    [OPTION]...\n"
-    "       lamella-rigd --check --rig FILE   says all that is wrong with it\n"
+    "       lamella-rigd --check --rig FILE [--calibration FILE]  what is wrong\n"
     "       lamella-rigd --plan --rig FILE    its burst, a lamella.v1.Plan, on stdout\n"
     "       lamella-rigd --announce FILE --state FOLDER --listen ADDRESS:PORT\n"
     "       lamella-rigd --help | --version\n"

@@ -17,14 +17,46 @@ static const char* const kNames[kCameras] = {"left", "right"};
 
 struct found_camera {
   const char* id;  // NULL where it has none that a rig's camera may have
+  bool named;
   int line;
   struct numbers numbers;
 };
 
+// What a host parses, and takes once alone: protobuf takes the second for another.
+static const struct {
+  const char* path;
+  enum json_kind kind;
+} kKinds[] = {{"", JSON_OBJECT},
+              {"format", JSON_STRING},
+              {"subject", JSON_STRING},
+              {"rig", JSON_OBJECT},
+              {"rig.leds", JSON_ARRAY},
+              {"rig.leds[]", JSON_OBJECT},
+              {"rig.cameras", JSON_ARRAY},
+              {"rig.cameras[]", JSON_OBJECT},
+              {"rig.cameras[].id", JSON_STRING},
+              {"rig.projector", JSON_OBJECT},
+              {"rig.projector.id", JSON_STRING},
+              {"patterns", JSON_OBJECT},
+              {"patterns.fringe", JSON_OBJECT},
+              {"patterns.stripes", JSON_OBJECT},
+              {"patterns.dots", JSON_OBJECT},
+              {"frames", JSON_ARRAY},
+              {"retaken", JSON_ARRAY},
+              {"regions", JSON_OBJECT},
+              {"regions.file", JSON_STRING},
+              {"regions.names", JSON_ARRAY},
+              {"regions.names[]", JSON_STRING},
+              {"shortfall", JSON_STRING},
+              {"flashing_confirmed", JSON_WORD},
+              {"flashingConfirmed", JSON_WORD}};
+enum { kKindCount = sizeof kKinds / sizeof kKinds[0] };
+
 // What was read so far; one LED at a time, as there may be any number.
 struct found {
   const struct rig* rig;
-  bool format, leds_given, cameras_given, projector_given, rig_given;
+  bool seen[kKindCount];
+  bool format;
   size_t leds, cameras;
   int led_line;
   struct numbers led, patterns, colours;
@@ -76,42 +108,23 @@ static bool is_left_out(const struct json_value* value) {
   return value->kind == JSON_WORD && *value->text == 'n' && !element;
 }
 
+static bool is_once(const char* path) { return strchr(path, '[') == NULL; }
+
 // False where a host would not even parse it.
 static bool kind_is_right(struct found* found, const struct json_value* value) {
-  static const struct {
-    const char* path;
-    enum json_kind kind;
-  } kKinds[] = {{"", JSON_OBJECT},
-                {"format", JSON_STRING},
-                {"subject", JSON_STRING},
-                {"rig", JSON_OBJECT},
-                {"rig.leds", JSON_ARRAY},
-                {"rig.leds[]", JSON_OBJECT},
-                {"rig.cameras", JSON_ARRAY},
-                {"rig.cameras[]", JSON_OBJECT},
-                {"rig.cameras[].id", JSON_STRING},
-                {"rig.projector", JSON_OBJECT},
-                {"rig.projector.id", JSON_STRING},
-                {"patterns", JSON_OBJECT},
-                {"patterns.fringe", JSON_OBJECT},
-                {"patterns.stripes", JSON_OBJECT},
-                {"patterns.dots", JSON_OBJECT},
-                {"frames", JSON_ARRAY},
-                {"retaken", JSON_ARRAY},
-                {"regions", JSON_OBJECT},
-                {"regions.file", JSON_STRING},
-                {"regions.names", JSON_ARRAY},
-                {"regions.names[]", JSON_STRING},
-                {"shortfall", JSON_STRING},
-                {"flashing_confirmed", JSON_WORD},
-                {"flashingConfirmed", JSON_WORD}};
-  for (size_t i = 0; i < sizeof kKinds / sizeof kKinds[0]; i++) {
+  if (is_left_out(value)) return true;
+  for (size_t i = 0; i < kKindCount; i++) {
     const enum json_kind kind = kKinds[i].kind;
-    if (is_left_out(value)) break;
-    if (!path_is(value->path, kKinds[i].path) || value->kind == kind) continue;
+    if (!path_is(value->path, kKinds[i].path)) continue;
     const char* path = value->path[0] == '\0' ? "the whole" : value->path;
-    return refuse(found, "line %d: %s is not %s; %s", value->line, path, kKindNames[kind],
-                  kReplace);
+    if (value->kind != kind) {
+      return refuse(found, "line %d: %s is not %s; %s", value->line, path, kKindNames[kind],
+                    kReplace);
+    }
+    if (found->seen[i] && is_once(kKinds[i].path)) {
+      return refuse(found, "line %d: %s is given twice; %s", value->line, path, kReplace);
+    }
+    found->seen[i] = true;
   }
   return true;
 }
@@ -217,6 +230,10 @@ static void take_camera(struct found* found, const struct json_value* value) {
   struct found_camera* camera = &found->camera[index];
   if (*rest == '\0') camera->line = value->line;
   if (strcmp(rest, ".id") == 0) {
+    if (camera->named) {
+      refuse(found, "line %d: %s is given twice; %s", value->line, value->path, kReplace);
+    }
+    camera->named = true;
     for (int i = 0; i < kCameras; i++) {
       if (is_text(value, kNames[i])) camera->id = kNames[i];
     }
@@ -239,22 +256,7 @@ static void take_rig(struct found* found, const struct json_value* value) {
   if (rig != NULL) take_numbers(found, &found->colours, &kRigFields, rig, value);
 }
 
-static void take_presence(struct found* found, const struct json_value* value) {
-  struct {
-    const char* path;
-    bool* given;
-  } once[] = {{"format", &found->format},
-              {"rig", &found->rig_given},
-              {"rig.leds", &found->leds_given},
-              {"rig.cameras", &found->cameras_given},
-              {"rig.projector", &found->projector_given}};
-  for (size_t i = 0; i < sizeof once / sizeof once[0]; i++) {
-    if (strcmp(value->path, once[i].path) != 0) continue;
-    if (*once[i].given) {
-      refuse(found, "line %d: %s is given twice; %s", value->line, value->path, kReplace);
-    }
-    *once[i].given = true;
-  }
+static void take_session(struct found* found, const struct json_value* value) {
   if (strcmp(value->path, "rig.projector") == 0) found->projector.line = value->line;
   if (strcmp(value->path, "format") == 0) found->format = is_text(value, kFormat);
   if (strcmp(value->path, "frames[0]") == 0 || strcmp(value->path, "retaken[0]") == 0) {
@@ -268,17 +270,23 @@ static void take(void* context, const struct json_value* value) {
   if (value->kind == JSON_NUMBER && isnan(number_of(value))) {
     refuse(found, "line %d: a number that is too long or too large; %s", value->line, kReplace);
   }
-  take_presence(found, value);
+  take_session(found, value);
   take_led(found, value);
   take_camera(found, value);
   take_rig(found, value);
 }
 
+static bool is_there(const struct found* found, const char* path) {
+  size_t i = 0;
+  while (strcmp(kKinds[i].path, path) != 0) i++;
+  return found->seen[i];
+}
+
 static bool has_what_is_needed(struct found* found) {
   if (!found->format) return refuse(found, "\"format\" is not \"%s\"; %s", kFormat, kReplace);
-  if (!found->rig_given) return refuse(found, "has no \"rig\"; %s", kReplace);
+  if (!is_there(found, "rig")) return refuse(found, "has no \"rig\"; %s", kReplace);
   if (found->leds == 0) return refuse(found, "has no rig.leds; %s", kReplace);
-  if (!found->projector_given) return refuse(found, "has no rig.projector; %s", kReplace);
+  if (!is_there(found, "rig.projector")) return refuse(found, "has no rig.projector; %s", kReplace);
   return !found->refused;
 }
 

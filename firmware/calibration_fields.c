@@ -19,7 +19,7 @@ static bool wrong(char why[FIELDS_WHY_CHARS], const char* format, ...) {
 }
 
 double number_of(const struct json_value* value) {
-  char text[64];
+  char text[NUMBER_CHARS];
   if (value->kind != JSON_NUMBER || value->length >= sizeof text) return NAN;
   memcpy(text, value->text, value->length);
   text[value->length] = '\0';
@@ -93,7 +93,8 @@ bool numbers_whole(const struct numbers* numbers, const struct field_group* grou
   for (size_t i = 0; i < group->count; i++) {
     const struct field* field = &group->fields[i];
     if (field->required && !numbers->given[i]) return wrong(why, "has no %s", field->name);
-    if (numbers->given[i] && numbers->taken[i] < room_of(field)) {
+    const bool left_out = numbers->taken[i] == 0 && !field->required;  // an empty list
+    if (numbers->given[i] && !left_out && numbers->taken[i] < room_of(field)) {
       return wrong(why, "has %d numbers of its %s, not %d", numbers->taken[i], field->name,
                    field->count);
     }
@@ -106,7 +107,7 @@ const double* numbers_find(const struct numbers* numbers, const struct field_gro
   size_t first = 0;
   for (size_t i = 0; i < group->count; first += room_of(&group->fields[i++])) {
     if (strcmp(group->fields[i].name, name) == 0) {
-      return numbers->given[i] ? &numbers->value[first] : NULL;
+      return numbers->taken[i] > 0 ? &numbers->value[first] : NULL;
     }
   }
   return NULL;

@@ -8,7 +8,7 @@
 
 #include "json_scan.h"
 
-enum { FIELDS_MOST = 13, FIELDS_MOST_NUMBERS = 32, FIELDS_WHY_CHARS = 160 };
+enum { FIELDS_MOST = 13, FIELDS_MOST_NUMBERS = 32, FIELDS_WHY_CHARS = 160, NUMBER_CHARS = 512 };
 
 struct field {
   const char* name;     // of session.proto; lowerCamelCase is taken for it too, as proto3 JSON does

@@ -3,7 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { kMaxDepth = 16, kMaxPathChars = 64 };
+enum { kMaxDepth = 64, kMaxPathChars = 64 };
 
 struct scan {
   const unsigned char *at, *end;
@@ -166,6 +166,15 @@ static bool is_plain(const unsigned char* name, size_t length) {
   return length > 0;
 }
 
+// A letter that is written as \\u0061: a host reads it as one, and finds a name that nobody else
+// does.
+static bool hides_a_letter(const unsigned char* name, size_t length) {
+  for (size_t i = 0; i + 6 <= length; i++) {
+    if (name[i] == '\\' && memcmp(name + i + 1, "u00", 3) == 0 && name[i + 4] < '8') return true;
+  }
+  return false;
+}
+
 static void enter_member(struct scan* scan, const unsigned char* name, size_t length) {
   const size_t room = sizeof scan->path, dot = scan->path_length > 0;
   if (!is_plain(name, length) || scan->path_length + dot + length >= room) {
@@ -192,6 +201,8 @@ static bool scan_member(struct scan* scan) {
   if (!skip(scan, '"')) return fail(scan, "a name in quotes is due");
   if (!scan_string(scan, &name, &length)) return false;
   if (!skip(scan, ':')) return fail(scan, "a name without ':'");
+  if (length == 0) return fail(scan, "a name that is empty");
+  if (hides_a_letter(name, length)) return fail(scan, "a name with a letter written as \\u00..");
   enter_member(scan, name, length);
   const bool good = scan_value(scan);
   scan->path_length = outside;

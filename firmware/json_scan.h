@@ -23,8 +23,9 @@ struct json_error {
   const char* what;
 };
 
-// Calls `take` for every value, in order. False, with the first error, where it is no JSON: what
-// was told before is worth nothing then. A byte-order mark before it is passed over.
+// Calls `take` for every value, in order. False, with the first error, where it is no JSON, nested
+// deeper than 64, or has a name that is empty or hides a letter behind \u, which no host reads:
+// what was told before is worth nothing then. A byte-order mark before it is passed over.
 bool json_scan(const char* text, size_t length,
                void (*take)(void* context, const struct json_value* value), void* context,
                struct json_error* error);

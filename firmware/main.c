@@ -129,9 +129,11 @@ static int claim_lights(struct daemon* daemon) {
 }
 
 // The cameras whose photographs the rig takes; NULL where they are a twin's, as large as it likes.
+// Of no hardware it is only asked what the rig file is good for.
 static const struct rig_camera* own_cameras(const struct daemon* daemon,
                                             const struct arguments* arguments) {
-  const bool own = strcmp(arguments->hal, "linux") == 0 || arguments->test_frames;
+  const bool own =
+      arguments->hal == NULL || strcmp(arguments->hal, "linux") == 0 || arguments->test_frames;
   return own && daemon->rig.sensor.width_px > 0 ? &daemon->rig.sensor : NULL;
 }
 
@@ -295,17 +297,26 @@ static void stop_in_order(struct daemon* daemon) {
   link_close(&daemon->server);
 }
 
+// An exit code.
+static int judge_files(struct daemon* daemon, const struct arguments* arguments) {
+  struct dialogue unused = {0};
+  if (read_rig(daemon, arguments) != LAM_OK) return kExitBadInput;
+  if (arguments->check) has_cpu(&daemon->rig);
+  if (arguments->calibration != NULL &&
+      read_calibration(&unused, arguments->calibration, &daemon->rig,
+                       own_cameras(daemon, arguments)) != LAM_OK) {
+    return kExitBadInput;
+  }
+  return arguments->plan ? write_plan(&daemon->rig) : 0;
+}
+
 int main(int argc, char** argv) {
   static struct daemon daemon;
   struct arguments arguments;
   if (!arguments_parse(argc, argv, &arguments)) return kExitBadInput;
   if (arguments.help || arguments.version) return tell(&arguments);
   if (arguments.announce != NULL) return announce(&arguments);
-  if (arguments.check || arguments.plan) {
-    if (read_rig(&daemon, &arguments) != LAM_OK) return kExitBadInput;
-    if (arguments.check) has_cpu(&daemon.rig);
-    return arguments.plan ? write_plan(&daemon.rig) : 0;
-  }
+  if (arguments.check || arguments.plan) return judge_files(&daemon, &arguments);
   catch_signals();
   int failure = start(&daemon, &arguments);
   if (failure == 0) failure = start_panel(&daemon, &arguments);

@@ -153,6 +153,33 @@ TEST(Calibration, ANumberThatNoCameraHasIsRefusedByItsNameAndLine) {
   EXPECT_EQ(complaint(changed("translation_mm", "translationMm")), "");
 }
 
+TEST(Calibration, WhatIsGivenTwiceIsRefused) {
+  const std::vector<std::pair<std::string, std::string>> twice = {
+      {R"("rig")", R"("rig": {}, "rig")"},
+      {R"("patterns")", R"("patterns": {}, "patterns")"},
+      {R"("stripes")", R"("stripes": {}, "stripes")"},
+      {R"("subject")", R"("subject": "a", "subject")"},
+      {R"("projector")", R"("projector": {}, "projector")"},
+      {R"({"id": "left")", R"({"id": "foo", "id": "left")"},
+      {R"({"id": "left")", R"({"id": "left", "id": "foo")"}};
+  for (const auto& [from, to] : twice) expect_complaint(changed(from, to), "is given twice");
+}
+
+TEST(Calibration, AListThatIsEmptyIsLeftOut) {
+  for (const std::string empty : {R"("distortion": [])", R"("distortion": null)"}) {
+    EXPECT_EQ(complaint(changed(R"("fx": 500)", R"("fx": 500, )" + empty)), "");
+  }
+  EXPECT_EQ(complaint(changed("\"rig\": {", "\"rig\": {\"projector_to_led\": [],")), "");
+  EXPECT_EQ(complaint(changed("\"leds\": [{", "\"leds\": [{\"intensity\": [], ")), "");
+  expect_complaint(changed("[100, 0, 700]", "[]"), "has 0 numbers of its translation_mm, not 3");
+}
+
+TEST(Calibration, WhatItDoesNotKnowMayBeLongAndDeep) {
+  const std::string deep = std::string(40, '[') + std::string(40, ']');
+  EXPECT_EQ(complaint(changed("\"rig\"", "\"lens\": " + deep + ", \"rig\"")), "");
+  EXPECT_EQ(complaint(changed("\"rig\"", "\"pi\": 3." + std::string(300, '1') + ", \"rig\"")), "");
+}
+
 TEST(Calibration, OfOtherLedsThanTheRigFilesIsRefused) {
   std::string fewer = vm_calibration();
   const size_t second = fewer.find(", {\"direction\"");
@@ -200,9 +227,15 @@ TEST(JsonScan, TellsEveryValueWithItsPath) {
 }
 
 TEST(JsonScan, APathThatIsTooLongOrCouldBeMistakenForAnotherHasNoName) {
-  EXPECT_EQ(scanned(R"({"a.b": 1, "a": {"c[0]": {"d": 2}}, "": 3})"), "={ ?=1 a={ ?={ ?=2 ?=3 ");
+  EXPECT_EQ(scanned(R"({"a.b": 1, "a": {"c[0]": {"d": 2}}})"), "={ ?=1 a={ ?={ ?=2 ");
   const std::string name(70, 'n');
   EXPECT_EQ(scanned("{\"" + name + "\": [1], \"b\": 2}"), "={ ?=[ ?=1 b=2 ");
+}
+
+TEST(JsonScan, ANameMayHideNoLetterAndIsNotEmpty) {
+  EXPECT_EQ(scanned(R"({"r\u0069g": 1})"), "={ !1 a name with a letter written as \\u00..");
+  EXPECT_EQ(scanned(R"({"": 1})"), "={ !1 a name that is empty");
+  EXPECT_EQ(scanned(R"({"\u00e4": "\u0061"})"), R"(={ ?=\u0061 )");
 }
 
 TEST(JsonScan, RefusesWhatAlmostIsJson) {

@@ -173,6 +173,23 @@ TEST_F(RigdInput, ACalibrationThatNoHostCouldUseIsRefusedAtTheStartAndNothingIsW
   }
 }
 
+TEST_F(RigdInput, CheckJudgesTheCalibrationThatItIsGiven) {
+  const std::string path = folder / "other.json", vm = LAMELLA_BOARD_DIR "/vm.rig";
+  const auto check = [&] {
+    RigProcess rigd({"--check", "--rig", vm, "--calibration", path});
+    const int code = rigd.exit_code();
+    return std::pair(code, rigd.errors());
+  };
+  EXPECT_EQ(check().first, 2);
+  std::ofstream(path) << calibration_text(600, 750, "", "vm");
+  EXPECT_EQ(check(), std::pair(2, "lamella-rigd: --calibration " + path +
+                                      ": line 5: the left camera has 600 x 750 pixels, the rig "
+                                      "file's (camera.width_px, camera.height_px) 160 x 120: make "
+                                      "both say what is there\n"));
+  std::ofstream(path) << calibration_text(160, 120, "", "vm");
+  EXPECT_EQ(check(), std::pair(0, std::string()));
+}
+
 TEST_F(RigdInput, WaitsForNoPipeInPlaceOfAFile) {
   const std::string pipe = folder / "pipe";
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
