@@ -18,7 +18,8 @@ constexpr const char* kNote = "burst.json";
 constexpr const char* kManifest = "session.json";
 
 // What tells this burst from every other, with the reason why it is partial.
-std::string note_of(const v1::HeldBurst& held, const std::vector<v1::FrameOffer>& offers) {
+std::string note_of(const BurstSource& source, const v1::HeldBurst& held,
+                    const std::vector<v1::FrameOffer>& offers) {
   nlohmann::ordered_json frames = nlohmann::ordered_json::array();
   for (const v1::FrameOffer& offer : offers) {
     frames.push_back({{"frame", offer.frame_id()}, {"crc32c", offer.crc32c()}});
@@ -27,6 +28,7 @@ std::string note_of(const v1::HeldBurst& held, const std::vector<v1::FrameOffer>
                                        {"begun_unix_us", held.begun_unix_us()},
                                        {"whole", held.whole()},
                                        {"why", held.why()},
+                                       {"own_calibration", source.gives_own_calibration()},
                                        {"photographs", frames}};
   return json_text(note, 2) + "\n";
 }
@@ -62,7 +64,7 @@ void receive_into(WholeFolder* folder, BurstSource* source, const Burst& burst,
   Progress progress(title.c_str(), int(burst.frame_count));
   const Reception reception =
       receive_session(source, burst, *folder, [&](int n) { progress.advance(n); });
-  write_whole_text(folder->path() / kNote, note_of(fetched->held, reception.offers));
+  write_whole_text(folder->path() / kNote, note_of(*source, fetched->held, reception.offers));
   fetched->offers = reception.offers;
   fetched->marked = burst.marked || !reception.marked.empty();
   fetched->unfit = reception.unfit;

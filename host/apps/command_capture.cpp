@@ -138,6 +138,19 @@ LinkOptions link_options(const Options& options) {
   return link;
 }
 
+// What fails here once a rig of metal has its burst: the subject need not sit for it again.
+template <class Work>
+void while_rig_holds_burst(const std::string& rig, const Work& work) {
+  try {
+    work();
+  } catch (const Error& e) {
+    if (rig == "sim" || e.fault() != Fault::kBadInput) throw;
+    throw Error(e.fault(), "", e.what(),
+                "the burst is still on the rig: lamella rig sync --rig " + rig +
+                    " --out FOLDER fetches it");
+  }
+}
+
 // Everything between a rig that answers and a session in its place.
 int capture_from(const std::string& address, const Options& options, WholeFolder* folder) {
   LinkClient rig(address, link_options(options));
@@ -147,16 +160,16 @@ int capture_from(const std::string& address, const Options& options, WholeFolder
       options.held ? rig.held_burst()
                    : rig.run_burst(options.simulated.subject, options.discard_held, confirmed);
   Reception reception;
-  {
+  while_rig_holds_burst(options.rig, [&] {
     Progress progress("photographs", int(burst.frame_count));
     reception = receive_session(&rig, burst, *folder, [&](int n) { progress.advance(n); });
-  }
+    add_regions_of_truth(folder->path(), &reception.manifest);
+    folder->commit();
+    sync_to_disk(options.out);
+  });
   for (const std::string& warning : reception.warnings) {
     fmt::print(stderr, "lamella: warning: {}\n", one_line(warning));
   }
-  add_regions_of_truth(folder->path(), &reception.manifest);
-  folder->commit();
-  sync_to_disk(options.out);
   acknowledge_all(&rig, reception);
   if (options.json) {
     print_report(options, burst, reception);

@@ -165,9 +165,9 @@ std::unique_ptr<BurstSource> source_of(const Arguments& args) {
   return std::make_unique<LinkClient>(args.rig, options);
 }
 
-// With the calibration that is given, in place of each burst's own.
-std::unique_ptr<BurstSource> recovered_from(const Arguments& args) {
-  if (args.calibration.empty()) return source_of(args);
+// With the calibration that is given, in place of each burst's own; nullptr where none is.
+std::unique_ptr<RecalibratedSource> recalibrated(const Arguments& args) {
+  if (args.calibration.empty()) return nullptr;
   if (args.out.empty()) {
     throw_bad_input("rig recover --calibration", "nothing is fetched without --out",
                     "give the folder for the sessions");
@@ -182,14 +182,17 @@ int run_recover(const Arguments& args) {
   } else {
     abandon_outputs_on_interrupt();  // a disk does not keep anybody waiting
   }
-  const std::unique_ptr<BurstSource> source = recovered_from(args);
+  const std::unique_ptr<RecalibratedSource> other = recalibrated(args);
+  const std::unique_ptr<BurstSource> own = other ? nullptr : source_of(args);
+  BurstSource* source = other ? other.get() : own.get();
   if (!args.out.empty()) clear_unfinished(args.out);
   nlohmann::ordered_json bursts = nlohmann::ordered_json::array();
   int partial = 0, whole = 0, exit_code = 0;
   const auto explain = [&](const v1::HeldBurst& held) {
     FetchedBurst fetched;
     fetched.held = held;
-    if (!args.out.empty()) fetched = try_to_fetch(source.get(), held, args.out);
+    if (!args.out.empty()) fetched = try_to_fetch(source, held, args.out);
+    if (other && fetched.was_there) other->require_same_in(fetched.folder);
     complain(fetched);
     exit_code = std::max(exit_code, fetched.failed.empty() ? (held.whole() ? 0 : 1) : 3);
     ++(held.whole() ? whole : partial);
@@ -202,7 +205,7 @@ int run_recover(const Arguments& args) {
     }
   };
   const std::string where = printable(args.rig.empty() ? args.store.string() : args.rig);
-  tend_to_each(source.get(), explain, bursts, [&] {
+  tend_to_each(source, explain, bursts, [&] {
     if (args.json) {
       print_json({{"source", where}, {"whole", whole}, {"partial", partial}, {"bursts", bursts}});
     } else {

@@ -13,7 +13,7 @@
 #include "base/error.h"
 #include "base/progress.h"
 #include "calib/develop.h"
-#include "calib/shown_patterns.h"
+#include "calib/same_rig.h"
 #include "io/json.h"
 #include "io/raw12.h"
 #include "io/session.h"
@@ -64,15 +64,6 @@ v1::Session read_calibration(BurstSource* rig, const Burst& burst, Cameras* came
     if (session.right) (*cameras)["right"] = *session.right;
   });
   return manifest;
-}
-
-void require_same_rig(const v1::Welcome& welcome, const v1::Session& calibration) {
-  if (int(welcome.led_count()) != calibration.rig().leds_size()) {
-    throw_bad_input("its calibration: rig.leds", std::to_string(calibration.rig().leds_size()) +
-                                                     " of them, but it says that it has " +
-                                                     std::to_string(welcome.led_count()));
-  }
-  require_shown_patterns(welcome, calibration);
 }
 
 // The camera that took what is offered. `what` is the offer's name.
@@ -245,7 +236,8 @@ Reception receive_session(BurstSource* rig, const Burst& burst, const WholeFolde
   reception.manifest.set_flashing_confirmed(burst.flashing_confirmed);
   reception.manifest.set_shortfall(burst.shortfall);
   drop_regions(name, &reception);
-  if (const v1::Welcome* welcome = rig->answering()) {
+  const v1::Welcome* welcome = rig->answering();
+  if (welcome && burst.just_taken) {
     blame_rig(name, kOtherCalibration, [&] { require_same_rig(*welcome, reception.manifest); });
   }
   reception.offers = rig->offers(burst);

@@ -19,7 +19,8 @@ struct Burst {
   bool marked = false;  // an edge came later than its tolerance
   uint32_t late_edges = 0;
   std::string verdict;
-  std::string shortfall;  // what is bad or missing of it, in the rig's words; empty: nothing
+  std::string shortfall;    // what is bad or missing of it, in the rig's words; empty: nothing
+  bool just_taken = false;  // by the rig as it is now; one that is held may be older than its files
 };
 
 class BurstSource {
@@ -38,6 +39,9 @@ class BurstSource {
   // The calibration of the rig when it took the burst: a lamella.v1.Session in proto3 JSON, without
   // frames.
   virtual std::string calibration(const Burst& burst) = 0;
+
+  // False where another stands in for it.
+  virtual bool gives_own_calibration() const { return true; }
 
   // Every photograph of the burst that is still there, in the rig's order.
   virtual std::vector<v1::FrameOffer> offers(const Burst& burst) = 0;

@@ -11,6 +11,7 @@
 #include "apps/resumed_source.h"
 #include "apps/run_lamella.h"
 #include "base/error.h"
+#include "calib/same_rig.h"
 #include "io/fake_rig.h"
 #include "io/fake_session.h"
 #include "io/json.h"
@@ -141,6 +142,18 @@ TEST_F(RigBursts, ABurstThatTheRigCannotReadStaysThereAndDoesNotKeepTheNextFromB
   EXPECT_EQ(rig.acknowledged().size(), 40u);
   EXPECT_FALSE(rig.forgot_damaged());
   EXPECT_FALSE(fs::exists(out / "burst-000041"));
+}
+
+TEST_F(RigBursts, ABurstThatIsHeldIsOfTheRigThatTookItWhateverThatHasBecome) {
+  FakeRig rig;
+  load_burst(&rig, testing::kFakeSize);
+  rig.hold(whole_burst());
+  v1::Welcome now = rig_of(testing::fake_calibration(testing::kFakeSize));
+  now.mutable_patterns()->mutable_stripes()->set_period_px(16);
+  now.set_led_count(now.led_count() + 1);
+  rig.set_welcome(now);
+  EXPECT_EQ(sync(rig).exit_code, 0);
+  EXPECT_EQ(rig.acknowledged().size(), 40u);
 }
 
 TEST_F(RigBursts, SyncOfABurstThatTheRigMarkedKeepsWhatThereIsAndSaysThatItCannotBeFitted) {

@@ -2,12 +2,15 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "apps/run_lamella.h"
 #include "io/fake_rig.h"
 #include "io/fake_session.h"
 #include "io/json.h"
+#include "io/json_tree.h"
 #include "io/session.h"
+#include "io/whole_file.h"
 
 namespace lamella {
 namespace {
@@ -64,6 +67,48 @@ TEST_F(RigRecover, ABurstTakenWithACalibrationOfNoUseIsRecoveredWithAnotherAndTh
   EXPECT_TRUE(rig.holds_burst());
   EXPECT_EQ(run({"sync"}, rig).exit_code, 0);
   EXPECT_EQ(rig.acknowledged().size(), 40u);
+}
+
+TEST_F(RigRecover, ACalibrationOfAnotherRigThanTookTheBurstIsRefusedByItsName) {
+  FakeRig rig;
+  load_burst(&rig, testing::kFakeSize);
+  rig.hold(whole_burst());
+  const fs::path file = scratch.path() / "other.json";
+  const auto expect_refusal = [&](const v1::Session& calibration, const std::string& says) {
+    write_json(file, calibration);
+    const Outcome outcome = run({"recover", "--calibration", file.string()}, rig);
+    EXPECT_EQ(outcome.exit_code, 2);
+    EXPECT_NE(outcome.err.find(file.string() + ": " + says), std::string::npos) << outcome.err;
+    EXPECT_FALSE(fs::exists(out / "burst-000042"));
+  };
+  v1::Session calibration = testing::fake_calibration(testing::kFakeSize);
+  calibration.mutable_patterns()->mutable_stripes()->set_period_px(16);
+  expect_refusal(calibration, "is not of the rig that took burst 42: there its projector shows");
+  calibration = testing::fake_calibration(testing::kFakeSize);
+  calibration.mutable_rig()->mutable_leds()->RemoveLast();
+  expect_refusal(calibration, "is not of the rig that took burst 42: there it has");
+  calibration = testing::fake_calibration({99, 98});
+  expect_refusal(calibration, "has no left camera of ");
+}
+
+TEST_F(RigRecover, AnotherCalibrationThanASessionHasThatIsThereIsRefused) {
+  FakeRig rig;
+  load_burst(&rig, testing::kFakeSize);
+  rig.hold(whole_burst());
+  v1::Session calibration = testing::fake_calibration(testing::kFakeSize);
+  const fs::path first = scratch.path() / "first.json", second = scratch.path() / "second.json";
+  write_json(first, calibration);
+  calibration.mutable_rig()->mutable_cameras(0)->set_fx(1234);
+  write_json(second, calibration);
+  EXPECT_EQ(run({"recover", "--calibration", first.string()}, rig).exit_code, 0);
+  EXPECT_EQ(run({"recover", "--calibration", first.string()}, rig).exit_code, 0);
+  const Outcome outcome = run({"recover", "--calibration", second.string()}, rig);
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.err.find("burst-000042: holds this burst with another calibration than"),
+            std::string::npos)
+      << outcome.err;
+  EXPECT_FALSE(
+      json_tree(read_text(out / "burst-000042" / "burst.json"))["own_calibration"].get<bool>());
 }
 
 TEST_F(RigRecover, RecoverTakesNoFileThatIsNoCalibrationAndNoneWithoutAPlaceForSessions) {

@@ -165,8 +165,8 @@ TEST_F(Receive, RefusesACalibrationOfAnotherNumberOfLedsThanTheRigHas) {
   *calibration.mutable_rig()->add_leds() = led;
   rig.set_calibration(to_json(calibration));
   const std::string says = failure(rig);
-  EXPECT_NE(says.find("its calibration: rig.leds: " + std::to_string(leds + 1) +
-                      " of them, but it says that it has " + std::to_string(leds)),
+  EXPECT_NE(says.find("it has " + std::to_string(leds) + " LEDs, its calibration (rig.leds) " +
+                      std::to_string(leds + 1)),
             std::string::npos)
       << says;
 }

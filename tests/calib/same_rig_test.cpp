@@ -1,4 +1,4 @@
-#include "calib/shown_patterns.h"
+#include "calib/same_rig.h"
 
 #include <gtest/gtest.h>
 
@@ -12,22 +12,33 @@ namespace {
 
 v1::Session calibration() { return testing::fake_calibration({24, 32}); }
 
-v1::Welcome shown() {
-  v1::Welcome welcome;
-  *welcome.mutable_patterns() = calibration().patterns();
-  welcome.set_projector_width(calibration().rig().projector().width());
-  welcome.set_projector_height(calibration().rig().projector().height());
-  return welcome;
-}
+v1::Welcome shown() { return rig_of(calibration()); }
 
 std::string refusal(const v1::Welcome& welcome, const v1::Session& session) {
   try {
-    require_shown_patterns(welcome, session);
+    require_same_rig(welcome, session);
   } catch (const Error& e) {
     EXPECT_EQ(e.fault(), Fault::kRig);
     return e.what();
   }
   return "";
+}
+
+TEST(SameRig, HasAsManyLedsAsItsCalibration) {
+  v1::Welcome fewer = shown();
+  fewer.set_led_count(fewer.led_count() - 1);
+  EXPECT_NE(refusal(fewer, calibration()).find("LEDs, its calibration (rig.leds) "),
+            std::string::npos);
+}
+
+TEST(SameRig, OfACalibrationSaysWhatThatOneSays) {
+  v1::Session other = calibration();
+  other.mutable_patterns()->mutable_fringe()->add_periods(99);
+  other.mutable_patterns()->mutable_dots()->set_offset_px(1, 401);
+  EXPECT_EQ(refusal(rig_of(other), other), "");
+  EXPECT_NE(refusal(rig_of(other), calibration()), "");
+  other.clear_patterns();
+  EXPECT_EQ(refusal(rig_of(other), other), "");
 }
 
 TEST(ShownPatterns, AreAcceptedWhereTheyAreTheCalibrations) {

@@ -1,4 +1,4 @@
-#include "calib/shown_patterns.h"
+#include "calib/same_rig.h"
 
 #include <fmt/format.h>
 
@@ -17,7 +17,7 @@ constexpr double kRounding = 1e-9;
 const Patterns kDefaults;
 
 constexpr const char* kRepair =
-    "make firmware rig file (pattern.*, projector.*) and calibration say the same";
+    "make firmware rig file (leds.file, pattern.*, projector.*) and calibration say the same";
 
 [[noreturn]] void reject(const std::string& problem) {
   throw Error(Fault::kRig, "", problem, kRepair);
@@ -55,7 +55,11 @@ void compare_dots(const v1::DotPattern& shown, const v1::DotPattern& calibrated)
 
 }  // namespace
 
-void require_shown_patterns(const v1::Welcome& welcome, const v1::Session& calibration) {
+void require_same_rig(const v1::Welcome& welcome, const v1::Session& calibration) {
+  const int leds = calibration.rig().leds_size();
+  if (int(welcome.led_count()) != leds) {
+    reject(fmt::format("it has {} LEDs, its calibration (rig.leds) {}", welcome.led_count(), leds));
+  }
   if (!welcome.has_patterns()) reject("does not say which patterns its projector shows");
   const v1::Patterns &shown = welcome.patterns(), &calibrated = calibration.patterns();
   compare_fringes(shown.fringe(), calibrated.fringe());
@@ -68,6 +72,25 @@ void require_shown_patterns(const v1::Welcome& welcome, const v1::Session& calib
   const v1::Camera& projector = calibration.rig().projector();
   compare("rig.projector.width", welcome.projector_width(), projector.width());
   compare("rig.projector.height", welcome.projector_height(), projector.height());
+}
+
+v1::Welcome rig_of(const v1::Session& calibration) {
+  v1::Welcome welcome;
+  v1::Patterns* shown = welcome.mutable_patterns();
+  for (double n : kDefaults.fringe_periods) shown->mutable_fringe()->add_periods(n);
+  shown->mutable_stripes()->set_period_px(kDefaults.stripe_period_px);
+  shown->mutable_stripes()->set_shift_px(kDefaults.stripe_shift_px);
+  shown->mutable_dots()->set_pitch_px(kDefaults.dot_pitch_px);
+  shown->mutable_dots()->set_diameter_px(kDefaults.dot_diameter_px);
+  for (int i = 0; i < 2; ++i) shown->mutable_dots()->add_offset_px(kDefaults.dot_offset_px[i]);
+  const v1::Patterns& given = calibration.patterns();
+  if (given.fringe().periods_size() > 0) shown->mutable_fringe()->clear_periods();
+  if (given.dots().offset_px_size() > 0) shown->mutable_dots()->clear_offset_px();
+  shown->MergeFrom(given);
+  welcome.set_led_count(uint32_t(calibration.rig().leds_size()));
+  welcome.set_projector_width(calibration.rig().projector().width());
+  welcome.set_projector_height(calibration.rig().projector().height());
+  return welcome;
 }
 
 }  // namespace lamella
