@@ -16,7 +16,7 @@ namespace lamella::fit {
 namespace {
 
 constexpr int kSize = GaussianBasis::kSize;
-constexpr int kRings = 96;
+constexpr int kRings = 64;
 constexpr double kNearest_mm = 0.01, kFurthest_mm = 16;
 constexpr double kProjectionRidge = 1e-7;   // of the trace
 constexpr double kLeastEigenvalue = 1e-12;  // of the largest: below it nothing was measured
