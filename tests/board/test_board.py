@@ -116,6 +116,17 @@ class RaspberryPi(unittest.TestCase):
         for name, row in pin_table(BOARDS["pi4"][0]).items():
             self.assertEqual(str(header[row[0]]), row[1], name)
 
+    def test_takes_power_from_pins_that_give_it_and_puts_no_line_there(self):
+        supply = {"5 V": {2, 4}, "3.3 V": {1, 17}, "Ground": {6, 9, 14, 20, 25, 30, 34, 39}}
+        text = " ".join((BOARD / "README.md").read_text().split())
+        named = {"5 V": re.search(r"\+5 V on pins ([\d, and]+)", text)[1],
+                 "3.3 V": re.search(r"own 3\.3 V on pins ([\d, and]+)", text)[1],
+                 "Ground": re.search(r"Ground: ([\d, ]+)", text)[1]}
+        self.assertEqual({rail: set(map(int, re.findall(r"\d+", pins)))
+                          for rail, pins in named.items()}, supply)
+        lines = {int(row[1]) for row in pin_table(BOARDS["pi4"][0]).values()}
+        self.assertFalse(lines & set().union(*supply.values()))
+
     def test_has_a_time_out_for_libcamera_that_its_pipeline_takes_and_the_unit_names(self):
         for board, target in (("pi4", "bcm2835"), ("pi5", "pisp")):
             text = (BOARD / f"libcamera-{board}.yaml").read_text()
@@ -198,6 +209,26 @@ class TheGuide(unittest.TestCase):
         steps = (BOARD / "README.md").read_text().split("## Bringing it up", 1)[1]
         self.assertEqual(set(re.findall(r"--only (\w+)", steps)), known)
 
+    def test_gives_the_first_calibration_cameras_as_large_as_the_rig_files_that_see_as_much(self):
+        made = {name: (float(was), float(now)) for name, was, now in re.findall(
+            r's/"(\w+)": ([\d.]+)(?:\.\*)?,/"\w+": ([\d.]+),/', (BOARD / "README.md").read_text())}
+        width, height = (float(re.search(rf"^camera\.{side}_px\s*=\s*(\d+)",
+                                         (BOARD / "pi5.rig").read_text(), re.M)[1])
+                         for side in ("width", "height"))
+        self.assertEqual(made["width"], (60, width))
+        self.assertEqual(made["height"], (75, height))
+        for focal in ("fx", "fy"):
+            self.assertAlmostEqual(made[focal][1] / width, (800 / 3) / 60, places=3)
+        self.assertEqual(made["cx"], (59 / 2, (width - 1) / 2))
+        self.assertEqual(made["cy"], (74 / 2, (height - 1) / 2))
+
+    def test_draws_every_line_that_the_board_drives(self):
+        drawn = "".join((BOARD / f"{name}.svg").read_text() for name in ("block", "wiring"))
+        words = "".join(re.findall(r"<text[^>]*>(.*?)</text>", drawn)).replace("-", "")
+        for name, row in pin_table(BOARDS["pi4"][0]).items():
+            if row[2] == "out":
+                self.assertIn(name, words)
+
     def test_names_readings_as_the_self_test_names_them(self):
         steps = (BOARD / "README.md").read_text().split("## Bringing it up", 1)[1]
         sources = "".join(file.read_text() for file in BOARD.parent.glob("selftest*.c"))
@@ -205,6 +236,14 @@ class TheGuide(unittest.TestCase):
         self.assertGreater(len(rows), 12)
         for part, what in rows:
             self.assertTrue(f'"{what}"' in sources, f"{part}: {what}")
+
+    def test_shows_readings_in_the_columns_of_the_program(self):
+        steps = (BOARD / "README.md").read_text().split("## Bringing it up", 1)[1]
+        asked = r"^ +\$ lamella rig selftest --only \w+\n(.*?)\n\n"
+        for shown in re.findall(asked, steps, re.M | re.S):
+            for row in shown.splitlines():
+                columns = re.sub(r"^ {7,8}(?=  \w)", "", row)
+                self.assertRegex(columns, r"^  \S.{11} \S.{29} \S.{17} .{24} (good|skipped)( {4,6}\S.*)?$")
 
     def test_names_the_driver_that_its_rig_files_name(self):
         for board in BOARDS:
