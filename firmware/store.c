@@ -32,7 +32,8 @@ enum lam_status store_open(struct store* store, const char* folder, const uint8_
     return LAM_BAD_INPUT;
   }
   if (failed != 0) {
-    snprintf(why, why_size, "--store %s: %s", folder, strerror(failed));
+    const char* advice = failed == ENOENT ? "no such folder: make one" : strerror(failed);
+    snprintf(why, why_size, "--store %s: %s", folder, advice);
     return LAM_BAD_INPUT;
   }
   store->calibration = calibration;

@@ -15,13 +15,12 @@ namespace lamella::apps {
 namespace {
 
 struct RenderArguments {
-  std::string session, view, out, fit;
+  fs::path session, view, out, fit;
   bool json = false;
 };
 
 void run_render(const RenderArguments& arguments) {
-  const fs::path fit =
-      arguments.fit.empty() ? fs::path(arguments.session) / "fit" : fs::path(arguments.fit);
+  const fs::path fit = arguments.fit.empty() ? arguments.session / "fit" : arguments.fit;
   const Stopwatch watch;
   require_file_place(arguments.out);
   abandon_outputs_on_interrupt();
@@ -30,13 +29,13 @@ void run_render(const RenderArguments& arguments) {
   const Image3 image = render::render_view(subject, view);
   write_exr_rgb(arguments.out, image, PixelType::kHalf);
   if (arguments.json) {
-    print_json({{"file", arguments.out},
+    print_json({{"file", arguments.out.string()},
                 {"width", image.cols},
                 {"height", image.rows},
                 {"seconds", watch.seconds()}});
   } else {
-    fmt::print("wrote {}: {} pixels in {:.2f} s\n", arguments.out, size_words(image.size()),
-               watch.seconds());
+    fmt::print("wrote {}: {} pixels in {:.2f} s\n", arguments.out.string(),
+               size_words(image.size()), watch.seconds());
   }
 }
 

@@ -123,7 +123,7 @@ std::string ChildProcess::wait_for_line(const Awaited& awaited,
       if (line.starts_with(awaited.line)) return line.substr(awaited.line.size());
     }
     const std::string said = last_words().empty() ? "" : ": " + last_words();
-    if (interrupted()) throw Error(Fault::kRig, name_, "interrupted, nothing was kept");
+    if (interrupted()) throw Error(Fault::kRig, "", "interrupted, nothing was kept");
     if (ended) throw Error(Fault::kRig, name_, "ended before it was ready" + said);
     if (steady_clock::now() > end) {
       throw Error(Fault::kRig, name_,

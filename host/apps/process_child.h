@@ -29,7 +29,8 @@ class ChildProcess {
   ChildProcess& operator=(const ChildProcess&) = delete;
 
   // What follows the awaited beginning on the first line of its output that has it. Throws Error
-  // (kRig) with its last words where it ends first, or where `interrupted` or the time says so.
+  // (kRig) with its last words where it ends first or the time says so, and where `interrupted`
+  // does, which is nothing that the child said.
   std::string wait_for_line(const Awaited& awaited, const std::function<bool()>& interrupted);
 
   bool has_ended();

@@ -1,8 +1,11 @@
 // The words of a command line: which command is meant, where options stand, help and version.
 #include <gtest/gtest.h>
 
+#include <regex>
+
 #include "apps/run_lamella.h"
 #include "io/fake_session.h"
+#include "io/whole_file.h"
 
 namespace lamella {
 namespace {
@@ -50,6 +53,34 @@ TEST(CommandLine, SaysThatOptionsFollowTheCommand) {
                  "see lamella rig --help");
   expect_refusal({"--out"},
                  "--out: options follow the command: lamella COMMAND --out; see lamella --help");
+}
+
+TEST(CommandLine, TellsWhoAsksATwinForNothingAllThatItCanBeAskedFor) {
+  expect_refusal({"twin", "--subject", "sphere"},
+                 "twin: nothing to do; give --out, --truth-out, --calibration-out or --serve");
+}
+
+// The names below "Commands:" of a help, each behind `path`.
+std::vector<std::string> commands_in(const std::string& help, const std::string& path = "") {
+  const std::regex line("\n  ([a-z]+) +[A-Z]");
+  std::vector<std::string> names;
+  for (std::sregex_iterator at(help.begin(), help.end(), line), end; at != end; ++at) {
+    names.push_back(path + (*at)[1].str());
+  }
+  return names;
+}
+
+TEST(CommandLine, ManualNamesEveryCommand) {
+  const std::string manual = read_text(LAMELLA_BOARD_DIR "/../../debian/lamella.1");
+  std::vector<std::string> commands = commands_in(run_lamella({"--help"}).out);
+  std::erase(commands, "rig");  // its own commands stand for it
+  const auto of_rig = commands_in(run_lamella({"rig", "--help"}).out, "rig ");
+  commands.insert(commands.end(), of_rig.begin(), of_rig.end());
+  EXPECT_GT(commands.size(), 15u);
+  for (const std::string& name : commands) {
+    const std::regex entry("(\\\\fB|\n\\.B )(lamella )?" + name + "(\\\\fR|\n)");
+    EXPECT_TRUE(std::regex_search(manual, entry)) << name;
+  }
 }
 
 TEST(CommandLine, HelpOfACommandIsWhatItPrintsOfItself) {
@@ -104,6 +135,9 @@ TEST(CommandLine, RefusesANameThatIsEmptyAndSaysWhichItIs) {
   expect_refusal({"check", ""}, "session: \"\" is no name; see lamella check --help");
   expect_refusal({"fit", "s", "--out", ""}, "--out: \"\" is no name; see lamella fit --help");
   expect_refusal({"capture", "--out", ""}, "--out: \"\" is no name; see lamella capture --help");
+  expect_refusal({"render", "s", "--view", ""},
+                 "--view: \"\" is no name; see lamella render --help");
+  expect_refusal({"twin", "--out", ""}, "--out: \"\" is no name; see lamella twin --help");
 }
 
 }  // namespace

@@ -19,6 +19,15 @@ TEST(ChildProcess, ThatIsNotReadyInTimeIsNamedWithItsWorkTheSecondsAndWhatToDo) 
             "for it: end other work, then try again");
 }
 
+TEST(ChildProcess, IsNotNamedAsWhatWasInterrupted) {
+  const PrivateFolder folder;
+  ChildProcess child("lamella twin", {"/bin/sleep", "60"}, folder.path());
+  EXPECT_EQ(testing::complaint([&] {
+              child.wait_for_line({"serving ", 60, "working out its skin"}, [] { return true; });
+            }),
+            "interrupted, nothing was kept");
+}
+
 TEST(ChildProcess, ThatIsReadySaysTheRestOfItsLine) {
   const PrivateFolder folder;
   ChildProcess child("echo", {"/bin/echo", "serving here"}, folder.path());

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <regex>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -141,6 +142,20 @@ TEST_F(RigdInput, HelpFitsOnAScreenAndNamesEveryFaultAndVersionIsOneLine) {
   EXPECT_EQ(rigd.exit_code(), 0);
 }
 
+TEST_F(RigdInput, ManualNamesEveryOptionAndFaultOfHelp) {
+  std::ifstream file(LAMELLA_BOARD_DIR "/../../debian/lamella-rigd.8");
+  const std::string manual{std::istreambuf_iterator<char>(file), {}};
+  RigProcess rigd({"--help"});
+  const std::string help = rigd.output();
+  const std::regex word("--[a-z][a-z-]*|\\b[a-z]+-[a-z]+(?=:)|\\bhot(?=:)|\\bpress(?=:)");
+  int count = 0;
+  for (std::sregex_iterator at(help.begin(), help.end(), word), end; at != end; ++at, ++count) {
+    const std::string written = std::regex_replace(at->str(), std::regex("-"), "\\-");
+    EXPECT_NE(manual.find(written), std::string::npos) << written;
+  }
+  EXPECT_GT(count, 30);
+}
+
 TEST_F(RigdInput, WhatIsMissingOfARealRigIsToldBeforeAnyHardwareIsTouched) {
   const std::string rig = LAMELLA_BOARD_DIR "/vm.rig";  // its devices are not here
   expect_failure({"--hal", "linux", "--rig", rig, "--calibration", "/nowhere.json"}, 2,
@@ -188,6 +203,14 @@ TEST_F(RigdInput, CheckJudgesTheCalibrationThatItIsGiven) {
                                       "both say what is there\n"));
   std::ofstream(path) << calibration_text(160, 120, "", "vm");
   EXPECT_EQ(check(), std::pair(0, std::string()));
+}
+
+TEST_F(RigdInput, AFolderForPhotographsThatIsNotThereIsToBeMade) {
+  const std::string calibration = folder / "calibration.json", gone = folder / "gone";
+  std::ofstream(calibration) << calibration_text(160, 120, "", "vm");
+  expect_failure({"--calibration", calibration, "--test-frames", "--rig",
+                  LAMELLA_BOARD_DIR "/vm.rig", "--store", gone},
+                 2, "lamella-rigd: --store " + gone + ": no such folder: make one");
 }
 
 TEST_F(RigdInput, WaitsForNoPipeInPlaceOfAFile) {
