@@ -8,6 +8,7 @@
 
 #include "apps/commands.h"
 #include "apps/process_interrupt.h"
+#include "apps/process_killed.h"
 #include "apps/report.h"
 #include "base/error.h"
 #include "base/progress.h"
@@ -116,6 +117,7 @@ int run_fit(const FitArguments& args) {
     throw_bad_input(out.string(), "is the truth about a subject, not a fit",
                     "choose another place");
   }
+  clear_half_written_beside(out);
   WholeFolder folder(out, "layers.json");
   fit::LayeredFit fit = fit::fit_layers(session, fit::step_from_name(args.until));
   folder.blame_place([&] { write_fit(&folder, session, watch, &fit); });

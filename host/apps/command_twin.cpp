@@ -7,6 +7,7 @@
 
 #include "apps/commands.h"
 #include "apps/process_interrupt.h"
+#include "apps/process_killed.h"
 #include "apps/report.h"
 #include "base/error.h"
 #include "base/progress.h"
@@ -24,7 +25,8 @@ namespace {
 
 struct TwinArguments {
   twin::Photographer::Options subject;
-  std::string out, socket, truth_out, calibration_out;
+  std::string socket;
+  fs::path out, truth_out, calibration_out;
   bool no_burst = false;
   bool json = false;
 };
@@ -35,11 +37,18 @@ void ask_to_stop(int) { stop_asked = 1; }
 
 void check(const TwinArguments& a) {
   if (a.out.empty() && a.socket.empty() && a.truth_out.empty() && a.calibration_out.empty()) {
-    throw_bad_input("twin", "nothing to do", "give --out SESSION or --serve SOCKET");
+    throw_bad_input("twin", "nothing to do",
+                    "give --out, --truth-out, --calibration-out or --serve");
   }
   if (!(a.subject.noise >= 0 && a.subject.noise <= 100)) {
     throw_bad_input("--noise", std::to_string(a.subject.noise), "give a number from 0 to 100");
   }
+}
+
+void begin_folder(const fs::path& place, const char* marker, std::optional<WholeFolder>* folder) {
+  if (place.empty()) return;
+  clear_half_written_beside(place);
+  folder->emplace(place, marker);
 }
 
 void write_whole_session(WholeFolder* session, const twin::Photographer& photographer,
@@ -52,13 +61,13 @@ void write_whole_session(WholeFolder* session, const twin::Photographer& photogr
 
 void print_report(const TwinArguments& a, const Session& rig, double seconds) {
   if (a.json) {
-    print_json({{"session", a.out},
+    print_json({{"session", a.out.string()},
                 {"subject", rig.subject},
                 {"width", rig.left.width},
                 {"height", rig.left.height},
                 {"seconds", seconds}});
   } else {
-    fmt::print("wrote {}: {}, {} pixels in {:.1f} s\n", a.out, rig.subject,
+    fmt::print("wrote {}: {}, {} pixels in {:.1f} s\n", a.out.string(), rig.subject,
                size_words({rig.left.width, rig.left.height}), seconds);
   }
 }
@@ -88,8 +97,8 @@ void run_twin(const TwinArguments& a) {
   }
   // Places that cannot be are refused before the long work.
   std::optional<WholeFolder> session, truth;
-  if (!a.out.empty()) session.emplace(a.out, "session.json");
-  if (!a.truth_out.empty()) truth.emplace(a.truth_out, "layers.json");
+  begin_folder(a.out, "session.json", &session);
+  begin_folder(a.truth_out, "layers.json", &truth);
   const twin::Photographer photographer(subject_of(a));
   twin::Studio studio(photographer, a.subject.seed);
   if (!a.calibration_out.empty()) write_calibration(a.calibration_out, photographer.rig());

@@ -163,6 +163,10 @@ std::string reason(const std::exception& e, const fs::path& temporary, const fs:
 void require_replaceable(const fs::path& place, const std::string& marker) {
   require_folder_place(place);
   if (!fs::exists(place)) return;
+  if (fs::is_symlink(place)) {
+    throw_bad_input(place.string(), "is a link to " + fs::read_symlink(place).string(),
+                    "remove the link, or give that folder itself");
+  }
   if (marker.empty() || fs::is_empty(place) || fs::exists(place / marker)) return;
   throw_bad_input(place.string(), "exists and holds no " + marker + ", so it is not replaced",
                   "choose another place");
@@ -276,7 +280,8 @@ void WholeFolder::commit() {
   if (failed) {
     std::error_code ignored;
     if (replaces && !fs::exists(place_)) fs::rename(old, place_, ignored);
-    throw_bad_input(place_.string(), "cannot be replaced (" + failed.message() + ")");
+    throw_bad_input(place_.string(), "cannot be replaced (" + failed.message() + ")",
+                    "see who may write there, or choose another place");
   }
   committed_ = true;
   fs::remove(place_ / kLock, failed);

@@ -18,6 +18,7 @@ void write_whole_text(const fs::path& path, const std::string& text);
 // A folder that appears at `place` when committed; until then its files lie in `path()`, beside it.
 // An older folder at `place` is replaced whole, but only where it is empty or holds the file
 // `marker`, that is, where it is a thing of the same kind: a mistyped --out costs nobody a folder.
+// A link is not followed: what it leads to may be another session's.
 class WholeFolder {
  public:
   explicit WholeFolder(fs::path place, const std::string& marker = "");

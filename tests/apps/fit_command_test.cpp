@@ -2,7 +2,10 @@
 // reason, what it calls poor is fitted with a warning and exit 1. So is a layer that cannot be
 // judged; a figure at its bound is only named.
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <csignal>
 #include <functional>
 #include <opencv2/imgcodecs.hpp>
 #include <sstream>
@@ -11,6 +14,7 @@
 #include "io/fake_session.h"
 #include "io/json.h"
 #include "io/session.h"
+#include "io/whole_file.h"
 #include "layers.pb.h"
 
 namespace lamella {
@@ -100,6 +104,30 @@ TEST_F(FitCommand, RefusesForTheReasonOfCheckAndLeavesNothing) {
   EXPECT_EQ(fit.complaints().size(), 1u);
   EXPECT_NE(fit.err.find("left STRIPES 2 CROSS"), std::string::npos) << fit.err;
   EXPECT_EQ(scratch_.contents(), before);
+}
+
+// A fit that is killed in the middle.
+void be_killed_while_filling(const fs::path& place) {
+  const pid_t child = fork();
+  if (child == 0) {
+    const WholeFolder folder(place);
+    kill(getpid(), SIGKILL);
+  }
+  waitpid(child, nullptr, 0);
+}
+
+TEST_F(FitCommand, RemovesWhatAKilledFitLeftAndSaysSo) {
+  const auto before = scratch_.contents();
+  be_killed_while_filling(session() / "fit");
+  EXPECT_NE(scratch_.contents(), before);
+  const Outcome fit = run_lamella({"fit", session().string(), "--until", "linearise"});
+  EXPECT_NE(fit.err.find("lamella: " + (session() / "fit").string() +
+                         ": removed 1 half-written folder that a run that was killed"),
+            std::string::npos)
+      << fit.err;
+  for (const auto& entry : fs::directory_iterator(session())) {
+    EXPECT_FALSE(entry.path().filename().string().starts_with(".")) << entry.path();
+  }
 }
 
 TEST_F(FitCommand, FitsAPoorSessionWithAWarningAndExitsWithOne) {

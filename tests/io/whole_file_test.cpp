@@ -94,6 +94,20 @@ TEST(WholeFile, OfWhatCannotBeWrittenTellsTheNameThatWasGivenAndNoOther) {
   }
 }
 
+TEST(WholeFolder, IsNotPutInThePlaceOfALinkNorOfTheFolderThatItLeadsTo) {
+  const ScratchFolder scratch;
+  const fs::path link = scratch.path() / "fit", other = scratch.path() / "other";
+  fs::create_directories(other);
+  fs::create_directory_symlink(other, link);
+  for (const bool is_fit : {false, true}) {
+    if (is_fit) write_whole_text(other / "layers.json", "{}");
+    const Names before = scratch.contents();
+    EXPECT_TRUE(names(complaint([&] { const WholeFolder folder(link / "", "layers.json"); }),
+                      {link.string() + ": is a link to " + other.string(), "remove the link"}));
+    EXPECT_EQ(scratch.contents(), before);
+  }
+}
+
 TEST(WholeFolder, IsNotPutInThePlaceOfALinkThatLeadsNowhere) {
   const ScratchFolder scratch;
   const fs::path link = scratch.path() / "burst-000042", gone = scratch.path() / "gone";
