@@ -5,37 +5,18 @@
 #include "base/parallel.h"
 #include "fit/depth_fill.h"
 #include "fit/depth_relax.h"
+#include "fit/diffuse_moments.h"
 #include "fit/gradient_inversion.h"
 #include "fit/occlusion.h"
-#include "fit/smooth.h"
 #include "fit/specular_normals.h"
 
 namespace lamella::fit {
 
 namespace {
 
-constexpr float kDiffuseSigmaMm = 0.5f;  // less than light scatters
 constexpr int kOcclusionRounds = 2;
 constexpr float kTrustInBend = 0.15f;            // share of the correction that may be wrong
 constexpr float kErrorAtHalfConfidence = 0.05f;  // rad
-
-// Undefined where there is no surface.
-cv::Mat_<DiffuseMoments> diffuse_moments(const Burst& burst, const Image1& distance_mm) {
-  cv::Mat_<DiffuseMoments> moments(burst.regions.size());
-  parallel_for(moments.rows, [&](int y) {
-    for (int x = 0; x < moments.cols; ++x) {
-      if (std::isnan(distance_mm(y, x))) continue;
-      const Vec3 full = burst.full.cross(y, x) * 2.f;
-      DiffuseMoments& m = moments(y, x);
-      for (int c = 0; c < 3; ++c) m[4 * c] = full[c];
-      for (int a = 0; a < 3; ++a) {
-        const Vec3 g = burst.gradient[size_t(a)].cross(y, x) * 4.f - full;
-        for (int c = 0; c < 3; ++c) m[4 * c + 1 + a] = g[c];
-      }
-    }
-  });
-  return moments;
-}
 
 float pixel_size_mm(const Burst& burst) {
   return float(cv::norm(burst.session->left.centre_mm()) / burst.session->left.fx);
@@ -190,9 +171,7 @@ Normals estimate_normals(const Burst& burst, Geometry* geometry) {
 
   const Image1 distance_mm = distances(burst, geometry->scene_mm);
   const float px_mm = pixel_size_mm(burst);
-  const cv::Mat_<DiffuseMoments> moments =
-      smooth_along_surface(diffuse_moments(burst, distance_mm), distance_mm,
-                           sigma_px(kDiffuseSigmaMm, px_mm, 1.2f, 4.f), px_mm);
+  const cv::Mat_<DiffuseMoments> moments = diffuse_moments(burst, distance_mm, px_mm);
   const LightStage& stage = burst.session->stage;
   std::vector<OcclusionAtNode> occlusion;
   Surroundings around = place_nodes(geometry->position_mm, stage);

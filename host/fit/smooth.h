@@ -13,6 +13,11 @@ namespace lamella::fit {
 // Weights of a Gaussian, from the middle outwards, cut at 2 sigma; not normalised.
 std::vector<float> gaussian_taps(float sigma_px);
 
+// What is left of white noise of variance 1, in two dimensions, after an average, and after a fine
+// one less a coarse one.
+float noise_gain(const std::vector<float>& taps);
+float noise_gain(const std::vector<float>& fine, const std::vector<float>& coarse);
+
 // Averages are as wide as the skin asks for (mm), and at least and at most so many pixels.
 inline float sigma_px(float sigma_mm, float px_mm, float least_px, float most_px) {
   return std::clamp(sigma_mm / px_mm, least_px, most_px);

@@ -14,6 +14,7 @@ using SpecularMoments = cv::Vec4f;  // S, 2 S_a - S; mean of the channels
 constexpr float kFineSigmaMm = 0.3f;
 constexpr float kCoarseSigmaMm = 0.75f;  // about as far as blue light scatters
 constexpr float kEnergySigmaMm = 0.75f;
+constexpr float kNoiseMargin = 1.5f;   // the energy of a few pixels' noise is itself uncertain
 constexpr float kLeastFacing = 0.15f;  // n.v; beyond, r + v is too short to have a direction
 
 // Undefined where there is no surface.
@@ -46,24 +47,6 @@ Specular specular_normal(const SpecularMoments& m, const Vec3& v) {
   const float twice_facing = length(h);
   if (twice_facing < 2 * kLeastFacing) return {};
   return {h * (1 / twice_facing), 1 / (strength * twice_facing)};
-}
-
-// What is left of white noise of variance 1 after the fine average less the coarse one.
-float noise_gain(const std::vector<float>& fine, const std::vector<float>& coarse) {
-  const auto sum = [](const std::vector<float>& taps) {
-    float s = -taps[0];
-    for (float t : taps) s += 2 * t;
-    return s;
-  };
-  const auto product = [](const std::vector<float>& a, const std::vector<float>& b) {
-    float s = -a[0] * b[0];
-    for (size_t k = 0; k < std::min(a.size(), b.size()); ++k) s += 2 * a[k] * b[k];
-    return s;
-  };
-  const float f = sum(fine), c = sum(coarse);
-  const float ff = product(fine, fine) / (f * f), cc = product(coarse, coarse) / (c * c);
-  const float fc = product(fine, coarse) / (f * c);
-  return ff * ff - 2 * fc * fc + cc * cc;
 }
 
 // Variance of one component of 2 S_a - S, mean of the channels, from the two photographs of each.
@@ -120,8 +103,8 @@ Image3 add_specular_detail(const Burst& burst, const SurfaceView& view, const Im
   parallel_for(normal.rows, [&](int y) {
     for (int x = 0; x < normal.cols; ++x) {
       const Vec2& e = energy(y, x);
-      if (!is_finite(base(y, x)) || !(e[0] > e[1])) continue;
-      normal(y, x) = unit(base(y, x) + detail.turn(y, x) * (1 - e[1] / e[0]));
+      if (!is_finite(base(y, x)) || !(e[0] > kNoiseMargin * e[1])) continue;
+      normal(y, x) = unit(base(y, x) + detail.turn(y, x) * (1 - kNoiseMargin * e[1] / e[0]));
     }
   });
   return normal;

@@ -50,6 +50,42 @@ TEST(Normals, AreRightWithNearLedsAndAGapAmongThem) {
   EXPECT_LT(testing::quantile(errors_deg(burst, n.diffuse[1], shape), 0.5), 0.4f);
 }
 
+// What the LEDs light, with noise of this share of full light; the projector's photographs stay.
+Burst noisy(Burst burst, float share) {
+  const NoiseModel noise{0, double(share) * double(share)};
+  cv::RNG random(1);
+  const auto spoil = [&](Image3* image) {
+    for (Vec3& v : *image) {
+      for (int c = 0; c < 3; ++c) {
+        v[c] += float(random.gaussian(double(std::sqrt(noise.variance(v[c])))));
+      }
+    }
+  };
+  for (AnalyserPair* pair :
+       {&burst.full, &burst.gradient[0], &burst.gradient[1], &burst.gradient[2]}) {
+    spoil(&pair->parallel);
+    spoil(&pair->cross);
+  }
+  burst.led_noise = noise;
+  return burst;
+}
+
+TEST(Normals, OfPhotographsFullOfNoiseAreAveragedAsFarAsNoiseHidesWhatIsFiner) {
+  const Session session = testing::make_session();
+  const Shape shape = testing::sphere(60);
+  const Burst clean = testing::photograph(session, shape);
+  const auto median_deg = [&](float noise) {
+    const Burst burst = noisy(clean, noise);
+    Geometry geometry = reconstruct_geometry(burst);
+    const Normals n = estimate_normals(burst, &geometry);
+    return std::pair(testing::quantile(errors_deg(burst, n.diffuse[1], shape), 0.5),
+                     testing::quantile(errors_deg(burst, n.specular, shape), 0.5));
+  };
+  const auto [diffuse_deg, specular_deg] = median_deg(0.02f);
+  EXPECT_LT(diffuse_deg, 1.5f);
+  EXPECT_LT(specular_deg, 2.2f);
+}
+
 TEST(Normals, TurnWithTheRig) {
   Session session = testing::make_session(), turned_session = testing::make_session();
   const Mat33d turn(0.36, 0.48, -0.8, -0.8, 0.6, 0, 0.48, 0.64, 0.6);
