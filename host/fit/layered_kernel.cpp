@@ -27,9 +27,9 @@ constexpr double kBlur_px = 0.43;  // one sigma of a box, 0.29, and of what lens
 constexpr double kMostBlur_mm = 0.2;
 constexpr double kLdFactor = 2;  // either way from the tail's
 
-using Projection = Eigen::Matrix<double, kSize, kRings>;
-using Matrix = WeightEquations::Matrix;
-using Vector = WeightEquations::Vector;
+// Of sizes that the compiler does not know: unrolled, they cost it most of a minute.
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
 
 double ring_mm(int i) {
   return kNearest_mm * std::pow(kFurthest_mm / kNearest_mm, i / (kRings - 1.0));
@@ -37,9 +37,9 @@ double ring_mm(int i) {
 
 // From a profile at the rings to the weights of the blurred basis: least squares, weighted as a
 // kernel of this length has light.
-Projection projection_of(double ld_mm, double footprint_mm) {
-  Eigen::Matrix<double, kRings, kSize> basis = Eigen::Matrix<double, kRings, kSize>::Zero();
-  Eigen::Matrix<double, kRings, 1> weight;
+MatrixXd projection_of(double ld_mm, double footprint_mm) {
+  MatrixXd basis = MatrixXd::Zero(kRings, kSize);
+  VectorXd weight(kRings);
   for (int i = 0; i < kRings; ++i) {
     const double r = ring_mm(i), light = r * std::exp(-r / ld_mm) / (2 * M_PI * ld_mm);
     weight(i) = r / std::sqrt(light + 1e-4);
@@ -50,7 +50,7 @@ Projection projection_of(double ld_mm, double footprint_mm) {
       basis(i, j) = weight(i) * std::exp(-r * r / (2 * s2)) / (2 * M_PI * s2);
     }
   }
-  Matrix normal = basis.transpose() * basis;
+  MatrixXd normal = basis.transpose() * basis;
   normal.diagonal().array() += kProjectionRidge * normal.trace() / kSize;
   return normal.ldlt().solve(basis.transpose() * weight.asDiagonal());
 }
@@ -67,9 +67,9 @@ Real layered_value(const Real& deep_s, const Real& deep_ld, const Real& shallow_
 
 // |root (w - best)|, squared, is the equations' cost but for a constant.
 struct Residual {
-  Projection projection;
-  Matrix root;
-  Vector target;
+  MatrixXd projection;  // kSize x kRings
+  MatrixXd root;
+  VectorXd target;
   double share, thickness_mm;
 
   template <class Real>
@@ -77,16 +77,18 @@ struct Residual {
                   const Real* log_shallow_ld, Real* residual) const {
     using std::exp;
     const Real ld = exp(*log_ld), shallow_ld = exp(*log_shallow_ld);
-    Eigen::Matrix<Real, kSize, 1> w = Eigen::Matrix<Real, kSize, 1>::Zero();
+    std::array<Real, kSize> w;
+    w.fill(Real(0));
     for (int i = 0; i < kRings; ++i) {
       const Real value =
           layered_value(*deep_s, ld, *shallow_s, shallow_ld, share, thickness_mm, ring_mm(i));
-      for (int j = 0; j < kSize; ++j) w(j) += projection(j, i) * value;
+      for (int j = 0; j < kSize; ++j) w[size_t(j)] += projection(j, i) * value;
     }
-    const Real sum = w.sum();
+    Real sum(0);
+    for (const Real& weight : w) sum += weight;
     for (int k = 0; k < kSize; ++k) {
       residual[k] = Real(-target(k));
-      for (int j = 0; j < kSize; ++j) residual[k] += root(k, j) * w(j) / sum;
+      for (int j = 0; j < kSize; ++j) residual[k] += root(k, j) * w[size_t(j)] / sum;
     }
     return true;
   }
@@ -94,14 +96,15 @@ struct Residual {
 
 Residual residual_of(const WeightEquations& equations, const LayeredKernel& given,
                      double footprint_mm) {
-  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(equations.a);
-  const Vector values =
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(MatrixXd(equations.a));
+  const VectorXd values =
       eigen.eigenvalues().cwiseMax(kLeastEigenvalue * eigen.eigenvalues().maxCoeff());
-  const Vector root = values.cwiseSqrt();
-  return {projection_of(given.deep_ld_mm, footprint_mm),
-          root.asDiagonal() * eigen.eigenvectors().transpose(),
-          root.cwiseInverse().asDiagonal() * (eigen.eigenvectors().transpose() * equations.b),
-          given.shallow_share, given.thickness_mm};
+  const VectorXd root = values.cwiseSqrt();
+  return {
+      projection_of(given.deep_ld_mm, footprint_mm),
+      root.asDiagonal() * eigen.eigenvectors().transpose(),
+      root.cwiseInverse().asDiagonal() * (eigen.eigenvectors().transpose() * VectorXd(equations.b)),
+      given.shallow_share, given.thickness_mm};
 }
 
 double descend(const Residual& residual, double ld_mm, LayeredKernel* at) {
