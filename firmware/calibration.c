@@ -105,7 +105,7 @@ static bool path_is(const char* path, const char* pattern) {
 static bool is_left_out(const struct json_value* value) {
   const size_t length = strlen(value->path);
   const bool element = length == 0 || value->path[length - 1] == ']';
-  return value->kind == JSON_WORD && *value->text == 'n' && !element;
+  return is_null(value) && !element;
 }
 
 static bool is_once(const char* path) { return strchr(path, '[') == NULL; }
@@ -135,11 +135,12 @@ static void judge_led(struct found* found) {
   char why[FIELDS_WHY_CHARS];
   if (found->leds == 0 || found->refused) return;
   const size_t index = found->leds - 1;
-  if (!numbers_whole(&found->led, &kLedFields, why)) {
-    refuse(found, "line %d: rig.leds[%zu] %s; %s", found->led_line, index, why, kReplace);
-  } else if (index < found->rig->led_count && !led_is(&found->led, &found->rig->leds[index], why)) {
-    refuse(found, "line %d: rig.leds[%zu] %s; %s", found->led_line, index, why, kReplace);
+  const bool one_more = index >= found->rig->led_count;  // told where they are counted
+  if (numbers_whole(&found->led, &kLedFields, why) &&
+      (one_more || led_is(&found->led, &found->rig->leds[index], why))) {
+    return;
   }
+  refuse(found, "line %d: rig.leds[%zu] %s; %s", found->led_line, index, why, kReplace);
 }
 
 // Of the size that the rig file has under `keys`; NULL: of any.

@@ -7,10 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static bool wrong(char why[FIELDS_WHY_CHARS], const char* format, ...)
-    __attribute__((format(printf, 2, 3)));
-
-static bool wrong(char why[FIELDS_WHY_CHARS], const char* format, ...) {
+bool fields_wrong(char why[FIELDS_WHY_CHARS], const char* format, ...) {
   va_list arguments;
   va_start(arguments, format);
   vsnprintf(why, FIELDS_WHY_CHARS, format, arguments);
@@ -39,21 +36,21 @@ static size_t match(const char* part, const char* name) {
   return (size_t)(at - part);
 }
 
-bool is_field(const char* part, const char* name) {
+static bool is_field(const char* part, const char* name) {
   const size_t length = match(part, name);
   return length > 0 && (part[length] == '\0' || part[length] == '.' || part[length] == '[');
 }
 
-static bool is_null(const struct json_value* value) {
+bool is_null(const struct json_value* value) {
   return value->kind == JSON_WORD && *value->text == 'n';
 }
 
 static bool take_number(double* to, const struct field* field, const struct json_value* value,
                         char why[FIELDS_WHY_CHARS]) {
   const double number = number_of(value);
-  if (isnan(number)) return wrong(why, "%s is no number", value->path);
+  if (isnan(number)) return fields_wrong(why, "%s is no number", value->path);
   if (number < field->least || number > field->most) {
-    return wrong(why, "%s is %.10g: it must be %s", value->path, number, field->must_be);
+    return fields_wrong(why, "%s is %.10g: it must be %s", value->path, number, field->must_be);
   }
   *to = number;
   return true;
@@ -62,9 +59,9 @@ static bool take_number(double* to, const struct field* field, const struct json
 static bool begin_field(struct numbers* numbers, const struct field* field, size_t index,
                         const struct json_value* value, char why[FIELDS_WHY_CHARS]) {
   if (field->count > 0 && value->kind != JSON_ARRAY) {
-    return wrong(why, "%s is no list of %d numbers", value->path, field->count);
+    return fields_wrong(why, "%s is no list of %d numbers", value->path, field->count);
   }
-  if (numbers->given[index]) return wrong(why, "%s is given twice", value->path);
+  if (numbers->given[index]) return fields_wrong(why, "%s is given twice", value->path);
   return numbers->given[index] = true;
 }
 
@@ -83,7 +80,7 @@ bool numbers_take(struct numbers* numbers, const struct field_group* group, cons
   if (itself && !begin_field(numbers, field, i, value, why)) return false;
   if (itself && field->count > 0) return true;
   if (numbers->taken[i] == room_of(field)) {
-    return wrong(why, "%s is one number too many: they are %d", value->path, field->count);
+    return fields_wrong(why, "%s is one number too many: they are %d", value->path, field->count);
   }
   return take_number(&numbers->value[first + numbers->taken[i]++], field, value, why);
 }
@@ -92,11 +89,11 @@ bool numbers_whole(const struct numbers* numbers, const struct field_group* grou
                    char why[FIELDS_WHY_CHARS]) {
   for (size_t i = 0; i < group->count; i++) {
     const struct field* field = &group->fields[i];
-    if (field->required && !numbers->given[i]) return wrong(why, "has no %s", field->name);
+    if (field->required && !numbers->given[i]) return fields_wrong(why, "has no %s", field->name);
     const bool left_out = numbers->taken[i] == 0 && !field->required;  // an empty list
     if (numbers->given[i] && !left_out && numbers->taken[i] < room_of(field)) {
-      return wrong(why, "has %d numbers of its %s, not %d", numbers->taken[i], field->name,
-                   field->count);
+      return fields_wrong(why, "has %d numbers of its %s, not %d", numbers->taken[i], field->name,
+                          field->count);
     }
   }
   return true;

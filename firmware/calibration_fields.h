@@ -45,7 +45,11 @@ bool numbers_whole(const struct numbers* numbers, const struct field_group* grou
 const double* numbers_find(const struct numbers* numbers, const struct field_group* group,
                            const char* name);
 
-// Whether a path's part, up to its end, a '.' or a '[', is this field's name.
-bool is_field(const char* part, const char* name);
+// proto3 JSON: stands for "left out".
+bool is_null(const struct json_value* value);
+
+// Says in `why` what is wrong; false.
+bool fields_wrong(char why[FIELDS_WHY_CHARS], const char* format, ...)
+    __attribute__((format(printf, 2, 3)));
 
 #endif

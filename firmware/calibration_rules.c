@@ -2,8 +2,6 @@
 
 #include <float.h>
 #include <math.h>
-#include <stdarg.h>
-#include <stdio.h>
 
 #define LARGEST 1e9    // of any number: its square is a finite float
 #define SIDE_PX 32768  // of an image that a host reads
@@ -55,17 +53,6 @@ const struct field_group kLedFields = {kLedTable, COUNT_OF(kLedTable)};
 const struct field_group kPatternFields = {kPatternTable, COUNT_OF(kPatternTable)};
 const struct field_group kRigFields = {kRigTable, COUNT_OF(kRigTable)};
 
-static bool wrong(char why[FIELDS_WHY_CHARS], const char* format, ...)
-    __attribute__((format(printf, 2, 3)));
-
-static bool wrong(char why[FIELDS_WHY_CHARS], const char* format, ...) {
-  va_list arguments;
-  va_start(arguments, format);
-  vsnprintf(why, FIELDS_WHY_CHARS, format, arguments);
-  va_end(arguments);
-  return false;
-}
-
 static double dot(const double a[3], const double b[3]) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
@@ -102,13 +89,13 @@ bool camera_is_sound(const struct numbers* camera, char why[FIELDS_WHY_CHARS]) {
   const double width = *numbers_find(camera, &kCameraFields, "width");
   const double height = *numbers_find(camera, &kCameraFields, "height");
   if (width != floor(width) || height != floor(height)) {
-    return wrong(why, "has %.10g x %.10g pixels: give whole ones", width, height);
+    return fields_wrong(why, "has %.10g x %.10g pixels: give whole ones", width, height);
   }
   if (width * height > kImage_px) {
-    return wrong(why, "has %.0f x %.0f pixels, more than 134 million", width, height);
+    return fields_wrong(why, "has %.0f x %.0f pixels, more than 134 million", width, height);
   }
   if (is_rotation(numbers_find(camera, &kCameraFields, "rotation"))) return true;
-  return wrong(why, "has a rotation that is none: give an orthonormal, right-handed matrix");
+  return fields_wrong(why, "has a rotation that is none: give an orthonormal, right-handed matrix");
 }
 
 bool size_is(const struct numbers* camera, const double size_px[2], const char* keys,
@@ -116,22 +103,22 @@ bool size_is(const struct numbers* camera, const double size_px[2], const char* 
   const double width = *numbers_find(camera, &kCameraFields, "width");
   const double height = *numbers_find(camera, &kCameraFields, "height");
   if (width == size_px[0] && height == size_px[1]) return true;
-  return wrong(why,
-               "has %.0f x %.0f pixels, the rig file's (%s.width_px, %s.height_px) %.0f x %.0f",
-               width, height, keys, keys, size_px[0], size_px[1]);
+  return fields_wrong(
+      why, "has %.0f x %.0f pixels, the rig file's (%s.width_px, %s.height_px) %.0f x %.0f", width,
+      height, keys, keys, size_px[0], size_px[1]);
 }
 
 bool led_is(const struct numbers* led, const struct led_place* place, char why[FIELDS_WHY_CHARS]) {
   const double* direction = numbers_find(led, &kLedFields, "direction");
   if (fabs(norm(direction, 3) - 1) > kUnitError) {
-    return wrong(why, "has a direction whose length is not 1");
+    return fields_wrong(why, "has a direction whose length is not 1");
   }
   double sine[3];
   cross(direction, place->direction, sine);
   const double off_deg = atan2(norm(sine, 3), dot(direction, place->direction)) * 180 / M_PI;
   if (off_deg <= kFurthest_deg) return true;
-  return wrong(why, "shines from %.0f degrees beside the rig file's LED, which may be 10 off",
-               off_deg);
+  return fields_wrong(
+      why, "shines from %.0f degrees beside the rig file's LED, which may be 10 off", off_deg);
 }
 
 static bool is_shown(const struct numbers* patterns, const char* name, const double* shown,
@@ -139,8 +126,8 @@ static bool is_shown(const struct numbers* patterns, const char* name, const dou
   const double* calibrated = numbers_find(patterns, &kPatternFields, name);
   for (int i = 0; i < count; i++) {
     if (fabs(shown[i] - calibrated[i]) <= kRounding * fabs(calibrated[i])) continue;
-    return wrong(why, "has %.10g of its %s where the rig file (pattern.*) has %.10g", calibrated[i],
-                 name, shown[i]);
+    return fields_wrong(why, "has %.10g of its %s where the rig file (pattern.*) has %.10g",
+                        calibrated[i], name, shown[i]);
   }
   return true;
 }
@@ -162,12 +149,13 @@ bool colours_are_sound(const struct numbers* rig, char why[FIELDS_WHY_CHARS]) {
   double inverse[9];
   const double determinant = fabs(cofactors(m, inverse));
   if (!(norm(m, 9) * norm(inverse, 9) < kMostCondition * determinant)) {
-    return wrong(why, "has a projector_to_led that cannot be inverted: leave it out for identity");
+    return fields_wrong(
+        why, "has a projector_to_led that cannot be inverted: leave it out for identity");
   }
   for (int i = 0; i < 3; i++) {
     const double* row = m + 3 * i;
     if (row[0] + row[1] + row[2] > 0) continue;
-    return wrong(why, "has a projector_to_led that turns white light black");
+    return fields_wrong(why, "has a projector_to_led that turns white light black");
   }
   return true;
 }

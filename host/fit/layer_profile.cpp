@@ -7,6 +7,7 @@
 #include <limits>
 #include <vector>
 
+#include "fit/layered_kernel.h"
 #include "model/multipole.h"
 
 namespace lamella::fit {
@@ -20,8 +21,6 @@ constexpr double kShortestDeepLd_mm = 0.05, kLongestDeepLd_mm = 50;
 constexpr double kShortestTransport_mm = 0.05, kLongestTransport_mm = 3;
 constexpr double kKernelError = 0.05;  // relative, of what the dots say of the kernel
 constexpr double kLongest_mm = 8, kShortest_mm = 0.1;
-constexpr double kHighestAlpha = 0.9999, kLowestAlpha = 0.02;
-constexpr double kShortestShallowLd_mm = 0.1, kLongestShallowLd_mm = 4;
 constexpr double kSmallestShare = 0.02;  // a layer with less is within the noise
 constexpr double kSmallestTotal = 0.01;  // a slab that reflects less is outside diffusion
 
@@ -107,23 +106,11 @@ struct LayeredResidual {
   double ld_mm, shallow_share, thickness_mm;
 
   template <class Real>
-  Real deep(const Real& s) const {
-    const model::Dipole<Real> dipole{model::alpha_from_s(s), Real(ld_mm)};
-    return model::dipole_reflectance(dipole, sample.r_mm) / model::diffuse_reflectance_at_s(s);
-  }
-
-  template <class Real>
-  Real shallow(const Real& s, const Real& ld) const {
-    const model::Multipole<Real> slab{model::alpha_from_s(s), ld, thickness_mm};
-    return model::multipole_reflectance(slab, sample.r_mm) / model::multipole_total(slab);
-  }
-
-  template <class Real>
   bool operator()(const Real* deep_s, const Real* shallow_s, const Real* log_shallow_ld,
                   Real* residual) const {
     using std::exp;
-    const Real sum = (1.0 - shallow_share) * deep(*deep_s) +
-                     shallow_share * shallow(*shallow_s, exp(*log_shallow_ld));
+    const Real sum = layered_value(*deep_s, Real(ld_mm), *shallow_s, Real(exp(*log_shallow_ld)),
+                                   shallow_share, thickness_mm, sample.r_mm);
     *residual = scale * (sum - sample.value);
     return true;
   }

@@ -9,8 +9,6 @@
 #include <cmath>
 #include <limits>
 
-#include "model/multipole.h"
-
 namespace lamella::fit {
 
 namespace {
@@ -20,8 +18,6 @@ constexpr int kRings = 64;
 constexpr double kNearest_mm = 0.01, kFurthest_mm = 16;
 constexpr double kProjectionRidge = 1e-7;   // of the trace
 constexpr double kLeastEigenvalue = 1e-12;  // of the largest: below it nothing was measured
-constexpr double kHighestAlpha = 0.9999, kLowestAlpha = 0.02;
-constexpr double kShortestShallowLd_mm = 0.1, kLongestShallowLd_mm = 4;
 constexpr double kBlur_px = 0.43;  // one sigma of a box, 0.29, and of what lenses blur, 0.32
 // A shallow layer is hardly wider: where pixels blur more, what they hide is not to be had back.
 constexpr double kMostBlur_mm = 0.2;
@@ -53,16 +49,6 @@ MatrixXd projection_of(double ld_mm, double footprint_mm) {
   MatrixXd normal = basis.transpose() * basis;
   normal.diagonal().array() += kProjectionRidge * normal.trace() / kSize;
   return normal.ldlt().solve(basis.transpose() * weight.asDiagonal());
-}
-
-template <class Real>
-Real layered_value(const Real& deep_s, const Real& deep_ld, const Real& shallow_s,
-                   const Real& shallow_ld, double share, double thickness_mm, double r_mm) {
-  const model::Dipole<Real> dermis{model::alpha_from_s(deep_s), deep_ld};
-  const model::Multipole<Real> slab{model::alpha_from_s(shallow_s), shallow_ld, thickness_mm};
-  return (1 - share) * model::dipole_reflectance(dermis, r_mm) /
-             model::diffuse_reflectance_at_s(deep_s) +
-         share * model::multipole_reflectance(slab, r_mm) / model::multipole_total(slab);
 }
 
 // |root (w - best)|, squared, is the equations' cost but for a constant.

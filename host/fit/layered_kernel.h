@@ -5,11 +5,27 @@
 
 #include "base/camera.h"
 #include "fit/kernel_equations.h"
+#include "model/multipole.h"
 
 namespace lamella::fit {
 
+// Bounds of every fit of the two layers.
+inline constexpr double kHighestAlpha = 0.9999, kLowestAlpha = 0.02;
+inline constexpr double kShortestShallowLd_mm = 0.1, kLongestShallowLd_mm = 4;
+
+// Per mm^2 at r: dipole and multipole, each scaled to its share of 1. s = sqrt(3 (1 - alpha')).
+template <class Real>
+Real layered_value(const Real& deep_s, const Real& deep_ld_mm, const Real& shallow_s,
+                   const Real& shallow_ld_mm, double share, double thickness_mm, double r_mm) {
+  const model::Dipole<Real> dermis{model::alpha_from_s(deep_s), deep_ld_mm};
+  const model::Multipole<Real> slab{model::alpha_from_s(shallow_s), shallow_ld_mm, thickness_mm};
+  return (1 - share) * model::dipole_reflectance(dermis, r_mm) /
+             model::diffuse_reflectance_at_s(deep_s) +
+         share * model::multipole_reflectance(slab, r_mm) / model::multipole_total(slab);
+}
+
 struct LayeredKernel {
-  double deep_s = 0, deep_ld_mm = 0;  // s = sqrt(3 (1 - alpha'))
+  double deep_s = 0, deep_ld_mm = 0;
   double shallow_s = 0, shallow_ld_mm = 0;
   double shallow_share = 0, thickness_mm = 0;
 
