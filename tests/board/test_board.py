@@ -12,8 +12,9 @@ BOARD = pathlib.Path(__file__).resolve().parents[2] / "firmware/board"
 BOARDS = {"pi4": ("### Raspberry Pi 4 and 5", {2, 3, 8, 9, 10, 11}),
           "pi5": ("### Raspberry Pi 4 and 5", {2, 3, 8, 9, 10, 11}),
           "beagleplay": ("### BeaglePlay", {7, 8, 14})}
-PAD_OF_GPIO1 = {9: 0x19c, 10: 0x1a0, 11: 0x1a4, 12: 0x1a8, 13: 0x1ac, 22: 0x1d0, 23: 0x1d4,
-                24: 0x1d8, 25: 0x1dc}
+# What a pad's bits say (of a BeaglePlay's processor), and devices that have pads of its sockets.
+PULL_UP, INPUT, GPIO_MODE = 1 << 17, 1 << 18, 7
+OWNERS = {"main_i2c3": {22, 23}, "main_uart5": {24, 25}}
 
 
 def pin_table(heading):
@@ -41,13 +42,20 @@ def line_names(board):
     return {name: at for at, name in enumerate(re.findall(r'"(.*?)"', listed)) if name}
 
 
+def pads():
+    """[(line, bits, what the comment calls them)] of the BeaglePlay's lines. Its processor has lines
+    0 to 40 of GPIO1 on pads in a row, from 0x178 on, four bytes each."""
+    group = re.search(r"lamella_lines: [\w-]+ \{(.*?)\}", overlay("beagleplay"), re.S)[1]
+    rows = re.findall(r"(0x\w+) (0x\w+) /\* GPIO1_(\d+ \w+) \*/", group)
+    assert len(rows) == group.count("0x") / 2, "a pad without its line and name"
+    return [((int(pad, 16) - 0x178) // 4, int(bits, 16), said) for pad, bits, said in rows]
+
+
 def pulls(board):
     """{offset: pull} as the overlay sets them."""
-    text = overlay(board)
     if board == "beagleplay":
-        pads = {int(pad, 16): int(bits, 16)
-                for pad, bits in re.findall(r"(0x[0-9a-f]{3}) (0x[0-9a-f]{5})", text)}
-        return {at: "up" if pads[pad] & 0x20000 else "down" for at, pad in PAD_OF_GPIO1.items()}
+        return {line: "up" if bits & PULL_UP else "down" for line, bits, _ in pads()}
+    text = overlay(board)
     found = {}
     for group in re.findall(r"lamella_(?:up|down): [\w-]+ \{(.*?)\}", text, re.S):
         pins = re.search(r"pins = (.*?);", group, re.S)[1]
@@ -138,6 +146,28 @@ class RaspberryPi(unittest.TestCase):
 
     def test_blank_is_on_a_pin_that_is_up_before_any_software(self):
         self.assertLessEqual(pin_table(BOARDS["pi4"][0])["BLANK"][0], 8)
+
+
+class BeaglePlay(unittest.TestCase):
+    def test_pins_of_its_sockets_carry_the_lines_of_their_offsets(self):
+        socket = {10: "AN", 12: "RST", 13: "CS", 11: "PWM", 9: "INT", 24: "RX", 25: "TX", 22: "SCL",
+                  23: "SDA"}
+        for name, row in pin_table(BOARDS["beagleplay"][0]).items():
+            self.assertEqual(socket[row[0]], row[1], name)
+
+    def test_makes_every_pad_of_a_line_an_input_of_the_gpio_that_pulls(self):
+        for line, bits, said in pads():
+            self.assertEqual(bits & ~PULL_UP, INPUT | GPIO_MODE, said)
+
+    def test_says_beside_each_pad_which_line_it_is(self):
+        names = {line: name for name, line in line_names("beagleplay").items()}
+        for line, _, said in pads():
+            self.assertEqual(said, f"{line} {names[line]}")
+
+    def test_takes_every_line_from_the_device_that_has_its_pad(self):
+        disabled = set(re.findall(r'&(\w+) \{\s*status = "disabled";', overlay("beagleplay")))
+        lines = {line for line, _, _ in pads()}
+        self.assertEqual(disabled, {device for device, has in OWNERS.items() if has & lines})
 
 
 def parts():
