@@ -14,7 +14,7 @@ BOARDS = {"pi4": ("### Raspberry Pi 4 and 5", {2, 3, 8, 9, 10, 11}),
           "beagleplay": ("### BeaglePlay", {7, 8, 14})}
 # What a pad's bits say (of a BeaglePlay's processor), and devices that have pads of its sockets.
 PULL_UP, INPUT, GPIO_MODE = 1 << 17, 1 << 18, 7
-OWNERS = {"main_i2c3": {22, 23}, "main_uart5": {24, 25}}
+OWNERS = {"main_i2c1": {28, 29}, "main_i2c3": {22, 23}, "main_uart5": {24, 25}}
 
 
 def pin_table(heading):
@@ -151,7 +151,7 @@ class RaspberryPi(unittest.TestCase):
 class BeaglePlay(unittest.TestCase):
     def test_pins_of_its_sockets_carry_the_lines_of_their_offsets(self):
         socket = {10: "AN", 12: "RST", 13: "CS", 11: "PWM", 9: "INT", 24: "RX", 25: "TX", 22: "SCL",
-                  23: "SDA"}
+                  23: "SDA", 28: "Grove 1", 29: "Grove 2"}
         for name, row in pin_table(BOARDS["beagleplay"][0]).items():
             self.assertEqual(socket[row[0]], row[1], name)
 
@@ -162,7 +162,7 @@ class BeaglePlay(unittest.TestCase):
     def test_says_beside_each_pad_which_line_it_is(self):
         names = {line: name for name, line in line_names("beagleplay").items()}
         for line, _, said in pads():
-            self.assertEqual(said, f"{line} {names[line]}")
+            self.assertEqual(said, f"{line} {names.get(line)}")
 
     def test_takes_every_line_from_the_device_that_has_its_pad(self):
         disabled = set(re.findall(r'&(\w+) \{\s*status = "disabled";', overlay("beagleplay")))
@@ -214,6 +214,15 @@ class TheGuide(unittest.TestCase):
         branches = count("capacitor, 2200 uF")[0]
         self.assertEqual(count("fuse and holder, 7.5 A")[0], branches)
         self.assertEqual(branches * prose(r"branches of (\d+) LEDs"), self.LEDS)
+
+    def test_lists_a_resistor_for_the_diode_of_every_slot_sensor_on_either_board(self):
+        sensors, on_a_pi, pull_downs = count("slot sensor")
+        self.assertEqual((on_a_pi, pull_downs), (sensors, sensors))
+        self.assertEqual(count("BeaglePlay alone"), [1, sensors])
+
+    def test_gives_the_pulled_up_sensors_of_a_beagleplay_more_than_they_have_to_sink(self):
+        least_ma = 0.1 * 1e3 * (3.3 - 1.25) / prose(r"from that socket's 3\.3 V by (\d+) ohm")
+        self.assertGreater(least_ma, 1.5 * prose(r"against the ([\d.]+) mA of"))
 
     def test_lists_a_capacitor_for_every_chip(self):
         chips = count("LED driver") + count("inverting buffer") + [21]
