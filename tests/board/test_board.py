@@ -43,8 +43,8 @@ def line_names(board):
 
 
 def pads():
-    """[(line, bits, what the comment calls them)] of the BeaglePlay's lines. Its processor has lines
-    0 to 40 of GPIO1 on pads in a row, from 0x178 on, four bytes each."""
+    """[(line, bits, what the comment calls them)] of a BeaglePlay. Its processor has lines 0 to 40 of
+    GPIO1 on pads in a row, from 0x178 on, four bytes each."""
     group = re.search(r"lamella_lines: [\w-]+ \{(.*?)\}", overlay("beagleplay"), re.S)[1]
     rows = re.findall(r"(0x\w+) (0x\w+) /\* GPIO1_(\d+ \w+) \*/", group)
     assert len(rows) == group.count("0x") / 2, "a pad without its line and name"
@@ -168,6 +168,17 @@ class BeaglePlay(unittest.TestCase):
         disabled = set(re.findall(r'&(\w+) \{\s*status = "disabled";', overlay("beagleplay")))
         lines = {line for line, _, _ in pads()}
         self.assertEqual(disabled, {device for device, has in OWNERS.items() if has & lines})
+
+
+    def test_names_the_codes_that_its_light_alone_does_not_tell_from_ready_and_these_are_all(self):
+        text = (BOARD.parents[1] / "README.md").read_text().split("| code | light | buzzer |", 1)[1]
+        table = text.split("\n\n", 1)[0]
+        lights = dict(re.findall(r"^\| (\w[^|]+?) \| ([^|]+?) \|", table, re.M))
+        alike = {code for code, light in lights.items() if light == lights["ready"]}
+        self.assertEqual(len(set(lights.values())), len(lights) - len(alike) + 1)
+        guide = " ".join((BOARD / "README.md").read_text().split())
+        said = re.search(r"It does not tell (.*?) apart", guide)[1]
+        self.assertEqual(set(re.findall(r"`(\w+)`", said)), alike)
 
 
 def parts():
