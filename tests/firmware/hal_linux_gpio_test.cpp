@@ -190,6 +190,19 @@ TEST_F(LinuxBoard, AnAnalyserThatDoesNotArriveIsStuck) {
   EXPECT_NE(std::strstr(board_.hal.error, "stuck"), nullptr) << board_.hal.error;
 }
 
+// A broken wire to a line that is pulled up.
+TEST_F(LinuxBoard, AnEndStopThatSaysSoAllTheTimeIsNoArrival) {
+  rig_.analyser_move_us = 1000;
+  claim();
+  fake_gpio().levels["AT_CROSSED"] = 1;
+  double at_us = 0;
+  ASSERT_EQ(board_.hal.move_analyser(&board_, true, &at_us), LAM_OK);
+  linux_wait_until_us(linux_now_us() + 2000, 0);
+  EXPECT_FALSE(board_.hal.arrived(&board_, &at_us));
+  EXPECT_EQ(sense(), LAM_HARDWARE);
+  EXPECT_NE(std::strstr(board_.hal.error, "stuck"), nullptr) << board_.hal.error;
+}
+
 TEST_F(LinuxBoard, WithoutEndStopsTheAnalyserArrivesWhenTheRigFileSays) {
   rig_.board.at_crossed_line[0] = rig_.board.at_parallel_line[0] = '\0';
   rig_.analyser_move_us = 1000;

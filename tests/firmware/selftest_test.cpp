@@ -103,6 +103,21 @@ TEST(Selftest, EachInjectedFaultIsFoundAndNamed) {
   expect_found("drop-frame:1", SELFTEST_CAMERAS, LAM_PART_CAMERA, "missed a trigger");
 }
 
+// A wire that is broken and reads 1 wherever the analyser stands.
+TEST(Selftest, BothEndStopsAtOnceAreBad) {
+  static enum lam_status (*sense_rig)(void*, struct hal_senses*);
+  Bench bench;
+  sense_rig = bench.sim.hal.sense;
+  bench.sim.hal.sense = [](void* self, struct hal_senses* senses) {
+    const enum lam_status status = sense_rig(self, senses);
+    senses->at_parallel = true;
+    return status;
+  };
+  EXPECT_EQ(bench.run(only(SELFTEST_ACTUATOR)).bad, 1u) << bench.text();
+  EXPECT_EQ(selftest_failed_part(&bench.test), LAM_PART_ACTUATOR);
+  EXPECT_NE(bench.text().find("at crossed 0"), std::string::npos) << bench.text();
+}
+
 TEST(Selftest, AMissingChipIsALengthThatComesBack) {
   for (const char* fault : {"missing-chip:0", "missing-chip:6"}) {
     expect_found(fault, SELFTEST_CHAIN, LAM_PART_LED_CHAIN, "chips in the chain 6");
