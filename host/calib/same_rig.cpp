@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "base/error.h"
-#include "io/session.h"
+#include "io/session_rig.h"
 
 namespace lamella {
 
@@ -13,8 +13,6 @@ namespace {
 
 // JSON and the rig file write decimals: the same number may differ in its last bits.
 constexpr double kRounding = 1e-9;
-
-const Patterns kDefaults;
 
 constexpr const char* kRepair =
     "make firmware rig file (leds.file, pattern.*, projector.*) and calibration say the same";
@@ -30,26 +28,19 @@ void compare(const std::string& name, double shown, double calibrated) {
 }
 
 void compare_fringes(const v1::FringePattern& shown, const v1::FringePattern& calibrated) {
-  const bool given = calibrated.periods_size() > 0;
-  const std::vector<double> periods =
-      given ? std::vector<double>(calibrated.periods().begin(), calibrated.periods().end())
-            : kDefaults.fringe_periods;
-  compare("patterns.fringe.periods: as many as", shown.periods_size(), double(periods.size()));
+  compare("patterns.fringe.periods: as many as", shown.periods_size(), calibrated.periods_size());
   for (int i = 0; i < shown.periods_size(); ++i) {
-    compare(fmt::format("patterns.fringe.periods[{}]", i), shown.periods(i), periods[size_t(i)]);
+    compare(fmt::format("patterns.fringe.periods[{}]", i), shown.periods(i), calibrated.periods(i));
   }
 }
 
 void compare_dots(const v1::DotPattern& shown, const v1::DotPattern& calibrated) {
-  compare("patterns.dots.pitch_px", shown.pitch_px(),
-          calibrated.has_pitch_px() ? calibrated.pitch_px() : kDefaults.dot_pitch_px);
-  compare("patterns.dots.diameter_px", shown.diameter_px(),
-          calibrated.has_diameter_px() ? calibrated.diameter_px() : kDefaults.dot_diameter_px);
+  compare("patterns.dots.pitch_px", shown.pitch_px(), calibrated.pitch_px());
+  compare("patterns.dots.diameter_px", shown.diameter_px(), calibrated.diameter_px());
   if (shown.offset_px_size() != 2) reject("it says no offset of its projector's dots");
   for (int i = 0; i < 2; ++i) {
-    const bool given = calibrated.offset_px_size() == 2;
     compare(fmt::format("patterns.dots.offset_px[{}]", i), shown.offset_px(i),
-            given ? calibrated.offset_px(i) : kDefaults.dot_offset_px[i]);
+            calibrated.offset_px(i));
   }
 }
 
@@ -61,13 +52,11 @@ void require_same_rig(const v1::Welcome& welcome, const v1::Session& calibration
     reject(fmt::format("it has {} LEDs, its calibration (rig.leds) {}", welcome.led_count(), leds));
   }
   if (!welcome.has_patterns()) reject("does not say which patterns its projector shows");
-  const v1::Patterns &shown = welcome.patterns(), &calibrated = calibration.patterns();
+  const v1::Patterns &shown = welcome.patterns(), calibrated = patterns_of(calibration);
   compare_fringes(shown.fringe(), calibrated.fringe());
-  const v1::StripePattern& stripes = calibrated.stripes();
   compare("patterns.stripes.period_px", shown.stripes().period_px(),
-          stripes.has_period_px() ? stripes.period_px() : kDefaults.stripe_period_px);
-  compare("patterns.stripes.shift_px", shown.stripes().shift_px(),
-          stripes.has_shift_px() ? stripes.shift_px() : kDefaults.stripe_shift_px);
+          calibrated.stripes().period_px());
+  compare("patterns.stripes.shift_px", shown.stripes().shift_px(), calibrated.stripes().shift_px());
   compare_dots(shown.dots(), calibrated.dots());
   const v1::Camera& projector = calibration.rig().projector();
   compare("rig.projector.width", welcome.projector_width(), projector.width());
@@ -76,17 +65,7 @@ void require_same_rig(const v1::Welcome& welcome, const v1::Session& calibration
 
 v1::Welcome rig_of(const v1::Session& calibration) {
   v1::Welcome welcome;
-  v1::Patterns* shown = welcome.mutable_patterns();
-  for (double n : kDefaults.fringe_periods) shown->mutable_fringe()->add_periods(n);
-  shown->mutable_stripes()->set_period_px(kDefaults.stripe_period_px);
-  shown->mutable_stripes()->set_shift_px(kDefaults.stripe_shift_px);
-  shown->mutable_dots()->set_pitch_px(kDefaults.dot_pitch_px);
-  shown->mutable_dots()->set_diameter_px(kDefaults.dot_diameter_px);
-  for (int i = 0; i < 2; ++i) shown->mutable_dots()->add_offset_px(kDefaults.dot_offset_px[i]);
-  const v1::Patterns& given = calibration.patterns();
-  if (given.fringe().periods_size() > 0) shown->mutable_fringe()->clear_periods();
-  if (given.dots().offset_px_size() > 0) shown->mutable_dots()->clear_offset_px();
-  shown->MergeFrom(given);
+  *welcome.mutable_patterns() = patterns_of(calibration);
   welcome.set_led_count(uint32_t(calibration.rig().leds_size()));
   welcome.set_projector_width(calibration.rig().projector().width());
   welcome.set_projector_height(calibration.rig().projector().height());

@@ -68,27 +68,45 @@ void require_dots(const Session& s, const std::string& where) {
   }
 }
 
-void read_patterns(const v1::Patterns& m, const std::string& where, Session* s) {
+void read_patterns(const v1::Session& message, const std::string& where, Session* s) {
+  const v1::Patterns m = patterns_of(message);
   Patterns& p = s->patterns;
-  if (m.fringe().periods_size() > 0) {
-    p.fringe_periods.assign(m.fringe().periods().begin(), m.fringe().periods().end());
+  p.fringe_periods.assign(m.fringe().periods().begin(), m.fringe().periods().end());
+  p.stripe_period_px = m.stripes().period_px();
+  p.stripe_shift_px = m.stripes().shift_px();
+  p.dot_pitch_px = m.dots().pitch_px();
+  p.dot_diameter_px = m.dots().diameter_px();
+  if (m.dots().offset_px_size() != 2) {
+    throw_bad_input(where + ": patterns.dots.offset_px", "expected two numbers");
   }
-  if (m.stripes().has_period_px()) p.stripe_period_px = m.stripes().period_px();
-  if (m.stripes().has_shift_px()) p.stripe_shift_px = m.stripes().shift_px();
-  if (m.dots().has_pitch_px()) p.dot_pitch_px = m.dots().pitch_px();
-  if (m.dots().has_diameter_px()) p.dot_diameter_px = m.dots().diameter_px();
-  if (m.dots().offset_px_size() > 0) {
-    if (m.dots().offset_px_size() != 2) {
-      throw_bad_input(where + ": patterns.dots.offset_px", "expected two numbers");
-    }
-    p.dot_offset_px = {m.dots().offset_px(0), m.dots().offset_px(1)};
-  }
+  p.dot_offset_px = {m.dots().offset_px(0), m.dots().offset_px(1)};
   require_fringes(*s, where);
   require_stripes(*s, where);
   require_dots(*s, where);
 }
 
+v1::Patterns default_patterns() {
+  const Patterns defaults;
+  v1::Patterns m;
+  for (double n : defaults.fringe_periods) m.mutable_fringe()->add_periods(n);
+  m.mutable_stripes()->set_period_px(defaults.stripe_period_px);
+  m.mutable_stripes()->set_shift_px(defaults.stripe_shift_px);
+  m.mutable_dots()->set_pitch_px(defaults.dot_pitch_px);
+  m.mutable_dots()->set_diameter_px(defaults.dot_diameter_px);
+  for (int i = 0; i < 2; ++i) m.mutable_dots()->add_offset_px(defaults.dot_offset_px[i]);
+  return m;
+}
+
 }  // namespace
+
+v1::Patterns patterns_of(const v1::Session& message) {
+  const v1::Patterns& given = message.patterns();
+  v1::Patterns patterns = default_patterns();
+  if (given.fringe().periods_size() > 0) patterns.mutable_fringe()->clear_periods();
+  if (given.dots().offset_px_size() > 0) patterns.mutable_dots()->clear_offset_px();
+  patterns.MergeFrom(given);
+  return patterns;
+}
 
 void rig_from_message(const v1::Session& m, const std::string& where, Session* s) {
   if (m.format() != "lamella.session.v1") {
@@ -104,7 +122,7 @@ void rig_from_message(const v1::Session& m, const std::string& where, Session* s
     s->projector_to_led =
         colour_matrix_from(m.rig().projector_to_led(), where + ": rig.projector_to_led");
   }
-  read_patterns(m.patterns(), where, s);
+  read_patterns(m, where, s);
 }
 
 v1::Session calibration_from(const std::string& json, const std::string& where, Session* session) {
