@@ -268,8 +268,17 @@ static void hear_guests(struct link_server* server) {
   door_put_out(&server->door, now_us());
 }
 
-// False where nobody spoke in time. SIGTERM and SIGINT, which are held elsewhere, are let in here
-// alone: one that came earlier ends this wait at once.
+// Signals that are held elsewhere are let in: a wait for sockets takes none where one is ready, as
+// that of a host is that never stops asking.
+static void let_signals_in(void) {
+  const struct timespec at_once = {0};
+  sigset_t none_held;
+  sigemptyset(&none_held);
+  ppoll(NULL, 0, &at_once, &none_held);
+}
+
+// False where nobody spoke in time. SIGTERM and SIGINT end this wait, at once where they came
+// earlier.
 static bool listen_once(struct link_server* server, double timeout_us, double gap_us) {
   struct pollfd sockets[POLLED] = {{.fd = server->door.listener, .events = POLLIN},
                                    {.fd = server->host.socket, .events = POLLIN},
@@ -285,6 +294,7 @@ static bool listen_once(struct link_server* server, double timeout_us, double ga
   sigemptyset(&none_held);
   const int ready = ppoll(sockets, POLLED, &timeout, &none_held);
   if (ready < 0) return false;
+  if (ready > 0) let_signals_in();
   if (more || sockets[HOST].revents != 0) hear_host(server);
   put_out_silent_host(server);
   if (sockets[LISTENER].revents != 0) door_accept(&server->door, now_us());

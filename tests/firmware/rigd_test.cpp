@@ -7,9 +7,11 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "fake_twin.h"
@@ -226,6 +228,25 @@ TEST_F(Rigd, SignalsStopItWithLightsOffEvenInTheMiddleOfABurst) {
     rigd.signal(number);
     EXPECT_EQ(rigd.exit_code(), 0);
   }
+}
+
+TEST_F(Rigd, ASignalStopsItThoughAHostNeverStopsAsking) {
+  RigProcess rigd(arguments());
+  TestHost host(rigd.port());
+  host.ask(hello());
+  std::atomic<bool> ended{false};
+  std::thread asks([&] {
+    while (!ended) host.send(request_of(lamella_v1_Request_status_tag));
+  });
+  std::thread hears([&] {
+    for (lamella_v1_Reply reply; host.receive(&reply);) continue;
+  });
+  usleep(300000);
+  rigd.signal(SIGTERM);
+  EXPECT_EQ(rigd.exit_code(), 0);
+  ended = true;
+  asks.join();
+  hears.join();
 }
 
 namespace {

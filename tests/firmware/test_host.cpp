@@ -179,8 +179,13 @@ int RigProcess::port() {
 void RigProcess::signal(int number) { kill(pid_, number); }
 
 int RigProcess::exit_code() {
+  constexpr int kPatience_ms = 30000;
   int status = 0;
-  waitpid(pid_, &status, 0);
+  for (int ms = 0; ms < kPatience_ms && waitpid(pid_, &status, WNOHANG) == 0; ms++) usleep(1000);
+  if (waitpid(pid_, nullptr, WNOHANG) == 0) {
+    kill(pid_, SIGKILL);
+    waitpid(pid_, &status, 0);
+  }
   pid_ = -1;
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }

@@ -47,7 +47,7 @@ class RigProcess {
   RigProcess& operator=(const RigProcess&) = delete;
 
   int port();               // waits for "listening on 127.0.0.1:PORT"; 0 where it ends instead
-  int exit_code();          // waits for the end
+  int exit_code();          // waits for the end; -1 where it was killed, or did not come in 30 s
   void signal(int number);  // SIGTERM, SIGINT
   pid_t pid() const { return pid_; }
   std::string errors();  // what it said on stderr, once it has ended
