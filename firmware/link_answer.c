@@ -34,6 +34,7 @@ static bool refuse_status(struct dialogue* dialogue, uint32_t id, enum lam_statu
   lamella_v1_Refusal_Code code = CODE(WRONG_STATE);
   if (status == LAM_UNSAFE) code = CODE(UNSAFE);
   if (status == LAM_STORE_FULL) code = CODE(STORE_FULL);
+  if (status == LAM_HARDWARE) code = CODE(RIG_FAULT);
   return link_refuse(dialogue, id, code, dialogue->session->refusal);
 }
 

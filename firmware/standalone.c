@@ -121,6 +121,13 @@ static void on_event(struct standalone* alone, enum panel_event event) {
   }
 }
 
+// A session that is idle and refuses for its state has no room: photographs are held. The only
+// device that it asks is the disk.
+static enum panel_code refused_code(enum lam_status status) {
+  if (status == LAM_UNSAFE) return PANEL_REFUSED_UNSAFE;
+  return status == LAM_HARDWARE ? PANEL_FAULT_DISK : PANEL_REFUSED_FULL;
+}
+
 static void begin_burst(struct standalone* alone) {
   alone->session->occupied = NULL;
   // Whoever presses the button sees the subject, and answers for it (README.md, Safety).
@@ -131,9 +138,7 @@ static void begin_burst(struct standalone* alone) {
     return;
   }
   fprintf(stderr, "lamella-rigd: button: refused: %s\n", alone->session->refusal);
-  // A session that is idle and refuses for its state has no room: photographs are held.
-  const bool full = status == LAM_STORE_FULL || status == LAM_WRONG_STATE;
-  go(alone, STANDALONE_VERDICT, full ? PANEL_REFUSED_FULL : PANEL_REFUSED_UNSAFE);
+  go(alone, STANDALONE_VERDICT, refused_code(status));
 }
 
 static void give_verdict(struct standalone* alone) {

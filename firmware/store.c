@@ -32,8 +32,7 @@ enum lam_status store_open(struct store* store, const char* folder, const uint8_
     return LAM_BAD_INPUT;
   }
   if (failed != 0) {
-    const char* advice = failed == ENOENT ? "no such folder: make one" : strerror(failed);
-    snprintf(why, why_size, "--store %s: %s", folder, advice);
+    snprintf(why, why_size, "--store %s: %s", folder, disk_explain(failed));
     return LAM_BAD_INPUT;
   }
   store->calibration = calibration;
@@ -41,7 +40,9 @@ enum lam_status store_open(struct store* store, const char* folder, const uint8_
   failed = store_recover(store);
   if (failed == 0) store->on_disk = true;
   if (failed != 0) disk_close(&store->disk);
-  if (failed != 0) snprintf(why, why_size, "--store %s: recovery: %s", folder, strerror(failed));
+  if (failed != 0) {
+    snprintf(why, why_size, "--store %s: recovery: %s", folder, disk_explain(failed));
+  }
   return failed == 0 ? LAM_OK : LAM_HARDWARE;
 }
 
@@ -60,7 +61,7 @@ void store_close(struct store* store) {
 void store_fail(struct store* store, const char* what, int error) {
   if (store_has_failed(store)) return;
   snprintf(store->fault, sizeof store->fault, "%s%s%s", what, error != 0 ? ": " : "",
-           error != 0 ? strerror(error) : "");
+           error != 0 ? disk_explain(error) : "");
   __atomic_store_n(&store->failed, true, __ATOMIC_RELEASE);
 }
 
@@ -80,7 +81,7 @@ static enum lam_status begin_on_disk(struct store* store, const struct store_ord
                                      char* why, size_t why_size) {
   const double needed = order->frames * order->frame_bytes + kSpareBytes;
   const double free_bytes = (double)disk_free_bytes(&store->disk);
-  if (free_bytes < needed) {
+  if (free_bytes < needed && !disk_is_read_only(&store->disk)) {
     snprintf(why, why_size, "the rig's disk has %.0f MB free and a burst needs %.0f MB: %s",
              free_bytes * 1e-6, needed * 1e-6,
              store->burst_count > 0 ? "fetch what it holds (lamella rig sync)"
@@ -102,8 +103,8 @@ static enum lam_status begin_on_disk(struct store* store, const struct store_ord
   }
   if (failed == 0) failed = writer_start(store);
   if (failed == 0) return LAM_OK;
-  snprintf(why, why_size, "a burst cannot be begun on the rig's disk: %s", strerror(failed));
-  return LAM_STORE_FULL;
+  snprintf(why, why_size, "a burst cannot be begun on the rig's disk: %s", disk_explain(failed));
+  return failed == ENOSPC || failed == EDQUOT ? LAM_STORE_FULL : LAM_HARDWARE;
 }
 
 enum lam_status store_begin(struct store* store, const struct store_order* order,

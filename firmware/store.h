@@ -88,8 +88,8 @@ enum lam_status store_open(struct store* store, const char* folder, const uint8_
 void store_close(struct store* store);
 
 // Gives the burst an id that no other ever had. LAM_WRONG_STATE where photographs are held that
-// would be lost, LAM_STORE_FULL where the disk has no room for a whole burst or fails; `why` is
-// one line then.
+// would be lost, LAM_STORE_FULL where the disk has no room for a whole burst, LAM_HARDWARE where it
+// does not take one; `why` is one line then.
 enum lam_status store_begin(struct store* store, const struct store_order* order,
                             uint64_t* burst_id, char* why, size_t why_size);
 

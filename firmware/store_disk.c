@@ -21,6 +21,16 @@ static int watched(struct disk* disk, enum disk_action action, const char* path,
 
 static int result(int returned) { return returned == 0 ? 0 : errno; }
 
+const char* disk_explain(int error) {
+  if (error == EROFS) return "Read-only file system: mount it read-write (dmesg: why it is not)";
+  if (error == EACCES || error == EPERM) {
+    return "Permission denied: the user that lamella-rigd runs as must own it";
+  }
+  if (error == ENOENT) return "no such folder: make one";
+  if (error == EIO) return "Input/output error: the disk fails, another is needed";
+  return strerror(error);
+}
+
 int disk_open(struct disk* disk, const char* folder) {
   disk->root = open(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (disk->root < 0) return errno;
@@ -155,6 +165,11 @@ uint64_t disk_free_bytes(const struct disk* disk) {
   struct statvfs about;
   if (fstatvfs(disk->root, &about) != 0) return 0;
   return (uint64_t)about.f_bavail * about.f_frsize;
+}
+
+bool disk_is_read_only(const struct disk* disk) {
+  struct statvfs about;
+  return fstatvfs(disk->root, &about) == 0 && (about.f_flag & ST_RDONLY) != 0;
 }
 
 void disk_list(const struct disk* disk, const char* path,

@@ -36,6 +36,9 @@ struct disk {
   void* context;
 };
 
+// What is wrong and, where that is not plain, what to do.
+const char* disk_explain(int error);
+
 // Takes the folder, which must be there, for this process alone (EWOULDBLOCK: another has it).
 int disk_open(struct disk* disk, const char* folder);
 void disk_close(struct disk* disk);
@@ -56,6 +59,7 @@ int disk_open_file(const struct disk* disk, const char* path);  // a descriptor,
 ssize_t disk_read(const struct disk* disk, const char* path, uint8_t* to, size_t room);
 bool disk_crc32c(const struct disk* disk, const char* path, uint64_t* size, uint32_t* crc32c);
 uint64_t disk_free_bytes(const struct disk* disk);
+bool disk_is_read_only(const struct disk* disk);
 // Calls `found` with every name in a folder until it says false.
 void disk_list(const struct disk* disk, const char* path,
                bool (*found)(void* context, const char* name), void* context);

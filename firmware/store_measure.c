@@ -26,6 +26,6 @@ bool store_measure(void* context, double* free_bytes, double* bytes_per_s, char 
   *bytes_per_s = (double)size / (now_s() - begun_s);
   if (failed != 0) disk_remove(&store->disk, kUnfinished);
   const int left = failed != 0 ? failed : disk_remove(&store->disk, kTrial);
-  if (left != 0) snprintf(error, 112, "a trial of %zu bytes: %.60s", size, strerror(left));
+  if (left != 0) snprintf(error, 112, "a trial of %zu bytes: %.76s", size, disk_explain(left));
   return left == 0;
 }

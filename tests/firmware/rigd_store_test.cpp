@@ -102,6 +102,15 @@ TEST_F(RigdStore, BurstsOutliveTheDaemonAndGoWithTheirLastAcknowledgement) {
   EXPECT_EQ(run_burst(), second + 1);
 }
 
+TEST_F(RigdStore, ADiskThatDoesNotTakeABurstIsAFaultOfTheRigWithItsReasonAndNotFull) {
+  std::filesystem::remove_all(store());
+  const lamella_v1_Refusal refusal =
+      host->ask(request_of(lamella_v1_Request_burst_tag)).body.refusal;
+  EXPECT_EQ(refusal.code, lamella_v1_Refusal_Code_RIG_FAULT);
+  EXPECT_STREQ(refusal.reason,
+               "a burst cannot be begun on the rig's disk: no such folder: make one");
+}
+
 TEST_F(RigdStore, WhatWasTakenAgainIsMarkedOnDiskTooAndOutlivesTheDaemon) {
   start({"--inject", "late-blank:60:3"});
   const uint64_t burst = run_burst();

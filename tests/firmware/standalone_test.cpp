@@ -1,6 +1,7 @@
 // Button to session with no host, and what light and buzzer say on the way, by their lines alone.
 #include <gtest/gtest.h>
 
+#include <cerrno>
 #include <cmath>
 #include <functional>
 #include <memory>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include "faulty_rig.h"
+#include "store_bench.h"
 
 extern "C" {
 #include "hal_sim.h"
@@ -242,6 +244,21 @@ TEST(Standalone, PhotographsThatNobodyFetchedAreNotOverwritten) {
   bench.run(3e6);
   bench.expect_shown(PANEL_REFUSED_FULL);
   EXPECT_EQ(store_held(&bench.photographs), 40u);
+}
+
+TEST(Standalone, ADiskThatDoesNotTakeABurstIsShownAsAFaultOfTheDiskAndNotAsFull) {
+  const TemporaryFolder folder;
+  Bench bench;
+  char why[160];
+  ASSERT_EQ(store_open(&bench.photographs, folder.path().c_str(), nullptr, 0, why, sizeof why),
+            LAM_OK);
+  bench.run_until(STANDALONE_READY);
+  bench.photographs.disk.before = [](void*, const disk_step*) { return EROFS; };
+  bench.press(100e3);
+  bench.run_until(STANDALONE_VERDICT);
+  bench.run(3e6);
+  bench.expect_shown(PANEL_FAULT_DISK);
+  store_close(&bench.photographs);
 }
 
 TEST(Standalone, AnUnsafePlanIsRefused) {

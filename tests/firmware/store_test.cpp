@@ -1,8 +1,13 @@
 #include <gtest/gtest.h>
+#include <sched.h>
+#include <sys/mount.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <fstream>
 #include <thread>
+#include <tuple>
 
 #include "store_bench.h"
 
@@ -24,6 +29,32 @@ bool keep_all(StoreBench* bench, uint64_t id, uint32_t frames) {
   }
   while (!store_is_written(&bench->store, 1000)) continue;
   return store_fault(&bench->store)[0] == '\0';
+}
+
+// What a store on a small file system that cannot be written to says of a burst; "" where this
+// process may mount none.
+std::string refusal_on_a_read_only_disk(const fs::path& folder) {
+  const fs::path told = folder / "told", disk = folder / "disk";
+  fs::create_directory(disk);
+  const pid_t child = fork();
+  if (child == 0) {
+    const bool mounted = unshare(CLONE_NEWUSER | CLONE_NEWNS) == 0 &&
+                         mount("none", disk.c_str(), "tmpfs", MS_RDONLY, "size=64k") == 0;
+    if (!mounted) _exit(0);
+    StoreBench bench(disk);
+    if (!bench.open()) _exit(1);
+    const store_order order = {40, 1e6, false, false};
+    uint64_t id = 0;
+    char why[160];
+    if (store_begin(&bench.store, &order, &id, why, sizeof why) != LAM_HARDWARE) _exit(2);
+    std::ofstream(told) << why;
+    _exit(0);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_EQ(status, 0);
+  std::ifstream in(told);
+  return {std::istreambuf_iterator<char>(in), {}};
 }
 
 }  // namespace
@@ -96,6 +127,48 @@ TEST(Store, ABurstThatTheDiskHasNoRoomForIsRefusedBeforeItBegins) {
   EXPECT_EQ(store_begin(&bench.store, &order, &id, why, sizeof why), LAM_STORE_FULL);
   EXPECT_NE(std::string(why).find("MB free and a burst needs"), std::string::npos) << why;
   EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()), 0);
+}
+
+TEST(Store, ADiskThatDoesNotTakeABurstIsNotCalledFullButByItsFaultWithWhatToDo) {
+  static int fault;
+  for (const auto& [error, status, says] : std::vector<std::tuple<int, lam_status, std::string>>{
+           {EROFS, LAM_HARDWARE, "disk: Read-only file system: mount it read-write"},
+           {EACCES, LAM_HARDWARE, "disk: Permission denied: the user that lamella-rigd runs as"},
+           {EIO, LAM_HARDWARE, "disk: Input/output error: the disk fails"},
+           {ENOSPC, LAM_STORE_FULL, "disk: No space left on device"}}) {
+    const TemporaryFolder folder;
+    StoreBench bench(folder.path());
+    ASSERT_TRUE(bench.open());
+    fault = error;
+    bench.store.disk.before = [](void*, const disk_step*) { return fault; };
+    const store_order order = {40, kBenchFrameBytes, false, false};
+    uint64_t id = 0;
+    char why[160];
+    EXPECT_EQ(store_begin(&bench.store, &order, &id, why, sizeof why), status) << why;
+    EXPECT_NE(std::string(why).find("a burst cannot be begun on the rig's " + says),
+              std::string::npos)
+        << why;
+  }
+}
+
+TEST(Store, AReadOnlyDiskIsSaidToBeSoThoughItHasNoRoomEither) {
+  const TemporaryFolder folder;
+  const std::string why = refusal_on_a_read_only_disk(folder.path());
+  if (why.empty()) GTEST_SKIP() << "nothing may be mounted here";
+  EXPECT_NE(why.find("Read-only file system: mount it read-write"), std::string::npos) << why;
+}
+
+TEST(Store, ATrialOfAReadOnlyDiskSaysWhatToDo) {
+  const TemporaryFolder folder;
+  StoreBench bench(folder.path());
+  ASSERT_TRUE(bench.open());
+  bench.store.disk.before = [](void*, const disk_step*) { return EROFS; };
+  double free_bytes = 0, bytes_per_s = 0;
+  char error[112];
+  EXPECT_FALSE(store_measure(&bench.store, &free_bytes, &bytes_per_s, error));
+  EXPECT_NE(std::string(error).find("bytes: Read-only file system: mount it read-write"),
+            std::string::npos)
+      << error;
 }
 
 TEST(Store, TellsWhetherABurstMayBringMorePhotographsThanItBeganWith) {
