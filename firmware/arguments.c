@@ -17,7 +17,7 @@ const char kArgumentsHelp[] =
     "  --state FOLDER         the rig's key and paired hosts, for TLS; without it\n"
     "                         the link is in the clear, on loopback alone\n"
     "  --store FOLDER         keeps photographs on disk until a host has them\n"
-    "  --standalone           the START button takes bursts\n"
+    "  --standalone           the START button takes bursts; needs --store\n"
     "  --led-reference FILE   what the self-test compares LEDs with\n"
     "  --name NAME            of the rig; else the machine's\n"
     "  --clock virtual|real   of the simulated rig\n"
@@ -27,6 +27,7 @@ const char kArgumentsHelp[] =
     "exit: 0 stopped (SIGTERM, SIGINT, SIGHUP), 2 bad input, 3 rig or link failed\n";
 
 static const char kSeeHelp[] = "see lamella-rigd --help";
+static const char kNeedsValue[] = "needs a value";
 
 static bool parse_clock(const char* text, enum sim_clock* clock) {
   *clock = strcmp(text, "real") == 0 ? SIM_CLOCK_REAL : SIM_CLOCK_VIRTUAL;
@@ -38,8 +39,22 @@ static bool require(const char* value, const char* option) {
   return value != NULL;
 }
 
+static bool refuse(const char* option, const char* value, const char* why) {
+  fprintf(stderr, "lamella-rigd: %s%s%s: %s; %s\n", option, value[0] != '\0' ? " " : "", value, why,
+          kSeeHelp);
+  return false;
+}
+
+// Each of them is all that the daemon then does.
+static bool is_of_one_mind(const struct arguments* arguments) {
+  if (arguments->check && arguments->plan) return refuse("--check", "", "not with --plan");
+  if (arguments->announce == NULL || !(arguments->check || arguments->plan)) return true;
+  return refuse("--announce", "", arguments->check ? "not with --check" : "not with --plan");
+}
+
 static bool is_complete(const struct arguments* arguments) {
   if (arguments->help || arguments->version) return true;
+  if (!is_of_one_mind(arguments)) return false;
   if (arguments->announce != NULL) {
     return require(arguments->state, "--state") && require(arguments->listen, "--listen");
   }
@@ -49,6 +64,9 @@ static bool is_complete(const struct arguments* arguments) {
       !require(arguments->listen, "--listen")) {
     return false;
   }
+  if (arguments->standalone && arguments->store == NULL) {
+    return refuse("--standalone", "", "needs --store: no host takes its photographs away");
+  }
   if (strcmp(arguments->hal, "linux") == 0) return true;
   if (strcmp(arguments->hal, "sim") == 0) {
     return arguments->test_frames || require(arguments->twin, "--twin");
@@ -57,16 +75,87 @@ static bool is_complete(const struct arguments* arguments) {
   return false;
 }
 
-static bool refuse(const char* option, const char* value, const char* why) {
-  fprintf(stderr, "lamella-rigd: %s%s%s: %s; %s\n", option, value[0] != '\0' ? " " : "", value, why,
-          kSeeHelp);
-  return false;
-}
-
 static bool refuse_fault(const char* fault) {
   char why[160];
   sim_faults_explain(fault, why);
   return refuse("--inject", fault, why);
+}
+
+static bool take_fault(struct arguments* arguments) {
+  if (!sim_faults_parse(optarg, &arguments->faults)) return refuse_fault(optarg);
+  const unsigned kind = 1u << sim_faults_kind(optarg);
+  if ((arguments->fault_kinds & kind) != 0) {
+    return refuse("--inject", optarg, "one of its kind is given already");
+  }
+  arguments->fault_kinds |= kind;
+  return true;
+}
+
+static bool* flag_of(struct arguments* arguments, int option) {
+  switch (option) {
+    case 'f':
+      return &arguments->test_frames;
+    case 'x':
+      return &arguments->check;
+    case 'p':
+      return &arguments->plan;
+    case 'a':
+      return &arguments->standalone;
+    case 'H':
+      return &arguments->help;
+    case 'V':
+      return &arguments->version;
+    default:
+      return NULL;
+  }
+}
+
+static const char** text_of(struct arguments* arguments, int option) {
+  switch (option) {
+    case 'h':
+      return &arguments->hal;
+    case 'r':
+      return &arguments->rig;
+    case 't':
+      return &arguments->twin;
+    case 'c':
+      return &arguments->calibration;
+    case 'l':
+      return &arguments->listen;
+    case 'k':
+      return &arguments->clock_name;
+    case 's':
+      return &arguments->store;
+    case 'S':
+      return &arguments->state;
+    case 'n':
+      return &arguments->name;
+    case 'e':
+      return &arguments->led_reference;
+    case 'A':
+      return &arguments->announce;
+    default:
+      return NULL;
+  }
+}
+
+static bool take(struct arguments* arguments, const struct option* option) {
+  char name[32];
+  snprintf(name, sizeof name, "--%s", option->name);
+  bool* flag = flag_of(arguments, option->val);
+  const char** text = text_of(arguments, option->val);
+  if (flag != NULL) {
+    *flag = true;
+  } else if (optarg[0] == '\0') {
+    return refuse(name, "", kNeedsValue);
+  } else if (text == NULL) {
+    return take_fault(arguments);
+  } else if (*text != NULL) {
+    return refuse(name, optarg, "given twice");
+  } else {
+    *text = optarg;
+  }
+  return true;
 }
 
 bool arguments_parse(int argc, char** argv, struct arguments* arguments) {
@@ -91,30 +180,15 @@ bool arguments_parse(int argc, char** argv, struct arguments* arguments) {
                                            {NULL, 0, NULL, 0}};
   *arguments = (struct arguments){.faults = kSimNoFaults};
   opterr = 0;
-  for (int option; (option = getopt_long(argc, argv, ":", kOptions, NULL)) != -1;) {
+  int index = 0;
+  for (int option; (option = getopt_long(argc, argv, ":", kOptions, &index)) != -1;) {
     if (option == '?') return refuse(argv[optind - 1], "", "no such option");
-    if (option == ':') return refuse(argv[optind - 1], "", "needs a value");
-    if (option == 'h') arguments->hal = optarg;
-    if (option == 'r') arguments->rig = optarg;
-    if (option == 't') arguments->twin = optarg;
-    if (option == 'c') arguments->calibration = optarg;
-    if (option == 'l') arguments->listen = optarg;
-    if (option == 'k' && !parse_clock(optarg, &arguments->clock)) {
-      return refuse("--clock", optarg, "there are virtual and real");
-    }
-    if (option == 'f') arguments->test_frames = true;
-    if (option == 'x') arguments->check = true;
-    if (option == 'p') arguments->plan = true;
-    if (option == 's') arguments->store = optarg;
-    if (option == 'S') arguments->state = optarg;
-    if (option == 'n') arguments->name = optarg;
-    if (option == 'a') arguments->standalone = true;
-    if (option == 'e') arguments->led_reference = optarg;
-    if (option == 'A') arguments->announce = optarg;
-    if (option == 'H') arguments->help = true;
-    if (option == 'V') arguments->version = true;
-    if (option == 'i' && !sim_faults_parse(optarg, &arguments->faults)) return refuse_fault(optarg);
+    if (option == ':') return refuse(argv[optind - 1], "", kNeedsValue);
+    if (!take(arguments, &kOptions[index])) return false;
   }
   if (optind < argc) return refuse(argv[optind], "", "is no option");
+  if (arguments->clock_name != NULL && !parse_clock(arguments->clock_name, &arguments->clock)) {
+    return refuse("--clock", arguments->clock_name, "there are virtual and real");
+  }
   return is_complete(arguments);
 }

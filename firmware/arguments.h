@@ -14,10 +14,12 @@ struct arguments {
   const char* led_reference;  // NULL: a reference that is learned is not kept
   bool standalone;            // the button starts bursts
   bool test_frames;           // in place of a twin's photographs
+  const char* clock_name;     // NULL: none is given
   enum sim_clock clock;
   struct sim_faults faults;
-  bool check;  // read the rig file, say all that is wrong with it, and end
-  bool plan;   // the same, and write the burst that it would play
+  unsigned fault_kinds;  // those given: a bit for each sim_faults_kind()
+  bool check;            // read the rig file, say all that is wrong with it, and end
+  bool plan;             // the same, and write the burst that it would play
   bool help, version;
 };
 

@@ -135,25 +135,32 @@ bool sim_faults_parse(const char* text, struct sim_faults* faults) {
   return true;
 }
 
-// How the fault is given whose name `text` begins with: "dead-led:N" for "dead-led:x".
-static bool find_usage(const char* text, char usage[48]) {
+// As sim_faults_kind(), with how that fault is given: "dead-led:N" for "dead-led:x".
+static int find_usage(const char* text, char usage[48]) {
   static const char kBlank[] = " \n";
   const size_t name = strcspn(text, ":");
   const char* at = SIM_FAULT_NAMES;
-  for (at += strspn(at, kBlank); *at != '\0'; at += strspn(at, kBlank)) {
+  at += strspn(at, kBlank);
+  for (int kind = 0; *at != '\0'; kind++) {
     const size_t length = strcspn(at, kBlank);
     const bool same = strncmp(at, text, name) == 0 && strchr(": \n", at[name]) != NULL;
     if (same) snprintf(usage, 48, "%.*s", (int)length, at);
-    if (same) return true;
+    if (same) return kind;
     at += length;
+    at += strspn(at, kBlank);
   }
-  return false;
+  return -1;
+}
+
+int sim_faults_kind(const char* text) {
+  char usage[48];
+  return find_usage(text, usage);
 }
 
 void sim_faults_explain(const char* text, char why[160]) {
   char usage[48];
   const char* colon = strchr(text, ':');
-  if (find_usage(text, usage)) {
+  if (find_usage(text, usage) >= 0) {
     snprintf(why, 160, "\"%.60s\" is no argument of %s", colon != NULL ? colon + 1 : "", usage);
   } else {
     snprintf(why, 160, "no such fault");

@@ -42,6 +42,9 @@ extern const struct sim_faults kSimNoFaults;
 // Reads one fault into `faults`. False where it is none.
 bool sim_faults_parse(const char* text, struct sim_faults* faults);
 
+// Which of SIM_FAULT_NAMES `text` begins with, from 0; -1: none.
+int sim_faults_kind(const char* text);
+
 // Why `text` is none: no such fault, or not with what follows its name.
 void sim_faults_explain(const char* text, char why[160]);
 

@@ -11,6 +11,7 @@
 
 #include "fake_twin.h"
 #include "test_calibration.h"
+#include "test_host.h"
 
 class Rigd : public ::testing::Test {
  protected:
@@ -21,13 +22,13 @@ class Rigd : public ::testing::Test {
   }
   void TearDown() override { std::filesystem::remove_all(folder); }
 
-  std::vector<std::string> arguments(std::vector<std::string> more = {}) {
+  std::vector<std::string> arguments(const std::vector<std::string>& more = {}) {
     std::vector<std::string> all = {
         "--hal",    "sim",        "--rig",         LAMELLA_BOARD_DIR "/sim.rig",
         "--twin",   twin.path(),  "--calibration", folder / "calibration.json",
         "--listen", "127.0.0.1:0"};
     all.insert(all.end(), more.begin(), more.end());
-    return all;
+    return last_of_each(all);
   }
 
   std::filesystem::path folder;

@@ -53,9 +53,45 @@ TEST_F(RigdInput, BadInputIsOneLineAndExitCodeTwo) {
   expect_failure({"--inject"}, 2, "--inject: needs a value");
   expect_failure({"--brightness", "7"}, 2, "--brightness: no such option; see lamella-rigd --help");
   expect_failure({"bright"}, 2, "bright: is no option");
+  expect_failure({"--standalone"}, 2, "--standalone: needs --store");
   const std::string wrong = folder / "wrong.rig";
   std::ofstream(wrong) << "# a rig\nleds.spi_hz = 99e6\n";
   expect_failure({"--rig", wrong}, 2, wrong + ":2: 'leds.spi_hz' is 99000000");
+}
+
+TEST_F(RigdInput, AnOptionThatIsGivenTwiceOrWithNothingIsRefused) {
+  std::vector<std::string> options = {"--store", "--state", "--name", "--led-reference", "--clock"};
+  for (const std::string& word : arguments()) {
+    if (word.starts_with("--")) options.push_back(word);
+  }
+  for (const std::string& option : options) {
+    expect_failure({option, ""}, 2, "lamella-rigd: " + option + ": needs a value; see");
+    std::vector<std::string> twice = arguments({option, "one"});
+    twice.insert(twice.end(), {option, "two"});
+    RigProcess rigd(twice);
+    EXPECT_EQ(rigd.exit_code(), 2) << option;
+    EXPECT_EQ(rigd.errors(),
+              "lamella-rigd: " + option + " two: given twice; see lamella-rigd --help\n");
+  }
+  expect_failure({"--inject", ""}, 2, "--inject: needs a value");
+  expect_failure({"--inject", "hot:80", "--inject", "hot:90"}, 2,
+                 "--inject hot:90: one of its kind is given already");
+  expect_failure({"--inject", "late-blank:1", "--inject", "estop", "--inject", "late-blank:2:3"}, 2,
+                 "--inject late-blank:2:3: one of its kind is given already");
+}
+
+TEST_F(RigdInput, CheckPlanAndAnnounceAreEachAllThatIsDone) {
+  const std::string file = folder / "announced";
+  for (const auto& [both, says] : std::vector<std::pair<std::vector<std::string>, std::string>>{
+           {{"--check", "--plan"}, "--check: not with --plan"},
+           {{"--announce", file, "--check"}, "--announce: not with --check"},
+           {{"--plan", "--announce", file, "--state", folder}, "--announce: not with --plan"}}) {
+    RigProcess rigd(arguments(both));
+    EXPECT_EQ(rigd.exit_code(), 2) << says;
+    EXPECT_EQ(rigd.output(), "");
+    EXPECT_EQ(rigd.errors(), "lamella-rigd: " + says + "; see lamella-rigd --help\n");
+    EXPECT_FALSE(std::filesystem::exists(file));
+  }
 }
 
 TEST_F(RigdInput, AFaultOfAPartThatTheRigHasNotIsRefusedWithThoseThatItHas) {

@@ -36,7 +36,7 @@ class RigdStore : public ::testing::Test {
         "--twin",   twin.path(),   "--calibration", folder.path() / "calibration.json",
         "--listen", "127.0.0.1:0", "--store",       store()};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    rigd = std::make_unique<RigProcess>(arguments);
+    rigd = std::make_unique<RigProcess>(last_of_each(arguments));
     host = std::make_unique<TestHost>(rigd->port());
     host->ask(hello());
   }

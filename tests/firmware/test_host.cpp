@@ -13,6 +13,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstring>
 
@@ -138,6 +139,21 @@ std::vector<lamella_v1_FrameOffer> TestHost::offers(uint64_t burst_id) {
   }
   EXPECT_EQ(reply.which_body, lamella_v1_Reply_done_tag);
   return offers;
+}
+
+std::vector<std::string> last_of_each(std::vector<std::string> arguments) {
+  for (size_t i = 0; i + 1 < arguments.size();) {
+    const std::string option = arguments[i];
+    const bool one_value =
+        option.starts_with("--") && option != "--inject" && !arguments[i + 1].starts_with("--");
+    const auto later = std::find(arguments.begin() + long(i) + 1, arguments.end(), option);
+    if (one_value && later != arguments.end()) {
+      arguments.erase(arguments.begin() + long(i), arguments.begin() + long(i) + 2);
+    } else {
+      ++i;
+    }
+  }
+  return arguments;
 }
 
 RigProcess::RigProcess(std::vector<std::string> arguments) {

@@ -38,6 +38,10 @@ class TestHost {
   uint32_t request_id_ = 0;
 };
 
+// Of an option of lamella-rigd that is given twice, but for --inject, the last: what a test asks
+// for in place of what its bench does.
+std::vector<std::string> last_of_each(std::vector<std::string> arguments);
+
 // lamella-rigd as a process of its own.
 class RigProcess {
  public:

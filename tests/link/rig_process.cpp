@@ -24,7 +24,7 @@ struct RigUnderTest::Inside {
 RigUnderTest::RigUnderTest(std::vector<std::string> arguments) {
   const std::vector<std::string> always = {"--hal", "sim", "--rig", LAMELLA_BOARD_DIR "/sim.rig"};
   arguments.insert(arguments.begin(), always.begin(), always.end());
-  inside_ = std::make_unique<Inside>(std::move(arguments));
+  inside_ = std::make_unique<Inside>(last_of_each(std::move(arguments)));
 }
 
 RigUnderTest::~RigUnderTest() = default;
