@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <numeric>
 #include <span>
+#include <string_view>
 #include <type_traits>
 
 #include "apps/report.h"
@@ -124,6 +125,14 @@ std::string command_in(const CLI::App& root) {
   return path;
 }
 
+// In words that say what to mend.
+std::string fault_in(const CLI::ParseError& e) {
+  constexpr std::string_view kTooMany = "At Most 1 required but received ";
+  std::string text = e.what();
+  const size_t at = text.find(kTooMany);
+  return at == std::string::npos ? text : text.replace(at, kTooMany.size(), "given ") + " times";
+}
+
 std::string fault_of_nothing(const std::string& text) {
   return text.empty() ? "\"\" is no name" : "";
 }
@@ -215,7 +224,8 @@ std::optional<int> CommandLine::run(int argc, char** argv) {
   } catch (const CLI::Success& e) {  // help or the version was asked for
     return app_->exit(e);
   } catch (const CLI::ParseError& e) {
-    std::fprintf(stderr, "lamella: %s; see %s --help\n", e.what(), command_in(*app_).c_str());
+    std::fprintf(stderr, "lamella: %s; see %s --help\n", fault_in(e).c_str(),
+                 command_in(*app_).c_str());
     return 2;
   }
   return std::nullopt;

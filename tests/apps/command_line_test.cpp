@@ -131,6 +131,15 @@ TEST(CommandLine, TakesNumbersInDecimalAlone) {
                  "--scale: \"nan\" is no decimal number; see lamella capture --help");
 }
 
+TEST(CommandLine, RefusesAnOptionThatIsGivenTwice) {
+  expect_refusal({"fit", "s", "--out", "a", "--out", "b"},
+                 "--out: given 2 times; see lamella fit --help");
+  expect_refusal({"capture", "--out", "s", "--seed", "1", "--seed", "1", "--seed", "1"},
+                 "--seed: given 3 times; see lamella capture --help");
+  expect_refusal({"rig", "status", "--rig", "127.0.0.1:1", "--rig=127.0.0.1:2"},
+                 "--rig: given 2 times; see lamella rig status --help");
+}
+
 TEST(CommandLine, RefusesANameThatIsEmptyAndSaysWhichItIs) {
   expect_refusal({"check", ""}, "session: \"\" is no name; see lamella check --help");
   expect_refusal({"fit", "s", "--out", ""}, "--out: \"\" is no name; see lamella fit --help");
