@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "apps/counted.h"
 #include "base/error.h"
 #include "base/progress.h"
 #include "io/json_tree.h"
@@ -100,15 +99,6 @@ FetchedBurst try_to_fetch(BurstSource* source, const v1::HeldBurst& held, const 
     fetched.failed = error.what();
   }
   return fetched;
-}
-
-void clear_unfinished(const fs::path& folder) {
-  require_folder_place(folder);
-  const int count = remove_abandoned(folder);
-  if (count == 0) return;
-  fmt::print(stderr, "lamella: {}: removed {} that a run that was killed had left there\n",
-             folder.empty() ? "." : folder.string(),
-             counted(uint64_t(count), "unfinished session"));
 }
 
 }  // namespace lamella::apps

@@ -29,8 +29,4 @@ FetchedBurst fetch_burst(BurstSource* source, const v1::HeldBurst& held, const f
 // itself still answers: one that is damaged does not keep those after it from being fetched.
 FetchedBurst try_to_fetch(BurstSource* source, const v1::HeldBurst& held, const fs::path& out);
 
-// Says in a line how many sessions a run that was killed left unfinished in `folder`, if any, and
-// removes them. Throws Error where something else than a folder is there.
-void clear_unfinished(const fs::path& folder);
-
 }  // namespace lamella::apps

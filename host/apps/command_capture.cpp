@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "apps/burst_fetch.h"
 #include "apps/commands.h"
+#include "apps/process_killed.h"
 #include "apps/process_rig.h"
 #include "apps/report.h"
 #include "apps/rig_option.h"
@@ -198,8 +198,7 @@ int capture(const Options& options) {
   }
   if (options.rig == "sim") require_simulated_rig(options.simulated);
   catch_interrupts();
-  clear_unfinished(
-      (options.out.has_filename() ? options.out : options.out.parent_path()).parent_path());
+  clear_half_written_beside(options.out);
   WholeFolder folder(options.out, "session.json");
   int exit_code = 0;
   folder.blame_place([&] {

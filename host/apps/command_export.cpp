@@ -6,6 +6,7 @@
 
 #include "apps/commands.h"
 #include "apps/process_interrupt.h"
+#include "apps/process_killed.h"
 #include "apps/report.h"
 #include "export/export.h"
 #include "export/for_view.h"
@@ -66,6 +67,7 @@ void print_choice(const Arguments& a, const exporting::ViewChoice& choice,
 void run(const Arguments& a) {
   require_file_place(a.out);
   abandon_outputs_on_interrupt();
+  clear_half_written_beside(a.out);
   const fs::path folder = a.fit.empty() ? a.session / "fit" : a.fit;
   const FitFolder fit = read_fit_folder(folder);
   const std::string subject =

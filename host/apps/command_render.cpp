@@ -5,6 +5,7 @@
 
 #include "apps/commands.h"
 #include "apps/process_interrupt.h"
+#include "apps/process_killed.h"
 #include "apps/report.h"
 #include "base/progress.h"
 #include "io/whole_file.h"
@@ -24,6 +25,7 @@ void run_render(const RenderArguments& arguments) {
   const Stopwatch watch;
   require_file_place(arguments.out);
   abandon_outputs_on_interrupt();
+  clear_half_written_beside(arguments.out);
   const render::Subject subject = render::load_subject(arguments.session, fit);
   const View view = read_view(arguments.view, subject.stage.leds().size());
   const Image3 image = render::render_view(subject, view);

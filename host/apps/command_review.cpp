@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "apps/commands.h"
+#include "apps/process_killed.h"
 #include "base/error.h"
 #include "io/fit_folder.h"
 #include "io/session.h"
@@ -34,6 +35,10 @@ cv::Size parsed_size(const std::string& text) {
 }
 
 void run(const Arguments& a) {
+  if (!a.screenshot.empty()) {
+    require_file_place(a.screenshot);
+    clear_half_written_beside(a.screenshot);
+  }
   review::ReviewRequest request;
   request.session = a.session;
   request.fit = a.fit.empty() ? a.session / "fit" : a.fit;
@@ -44,7 +49,6 @@ void run(const Arguments& a) {
   request.azimuth_rad = float(a.azimuth_deg * M_PI / 180);
   request.elevation_rad = float(a.elevation_deg * M_PI / 180);
   request.exposure = a.exposure;
-  if (!a.screenshot.empty()) require_file_place(a.screenshot);
   if (!a.screenshot.empty()) review::ensure_display();
   FitFolder fit = read_fit_folder(request.fit);
   request.maps = std::move(fit.maps);

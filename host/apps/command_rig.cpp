@@ -10,6 +10,7 @@
 #include "apps/commands.h"
 #include "apps/counted.h"
 #include "apps/plan_chart.h"
+#include "apps/process_killed.h"
 #include "apps/process_rig.h"
 #include "apps/report.h"
 #include "apps/rig_option.h"
@@ -128,7 +129,9 @@ void print_plan_json(const v1::Plan& plan, const std::string& rig) {
 
 int run_plan(const PlanArguments& args) {
   for (const fs::path& out : {args.svg, args.vcd}) {
-    if (!out.empty()) require_file_place(out);
+    if (out.empty()) continue;
+    require_file_place(out);
+    clear_half_written_beside(out);
   }
   if (!args.svg.empty() && args.svg.lexically_normal() == args.vcd.lexically_normal()) {
     throw_bad_input(args.vcd.string(), "is the chart and the edges at once", "name two files");

@@ -12,6 +12,7 @@
 #include "apps/commands.h"
 #include "apps/process_child.h"
 #include "apps/process_interrupt.h"
+#include "apps/process_killed.h"
 #include "apps/recalibrated_source.h"
 #include "apps/report.h"
 #include "apps/resumed_source.h"
@@ -131,9 +132,14 @@ void tend_to_each(BurstSource* source, const std::function<void(const v1::HeldBu
   report();
 }
 
+void begin_in(const fs::path& out) {
+  require_folder_place(out);
+  clear_half_written_in(out);
+}
+
 int run_sync(const Arguments& args) {
   catch_interrupts();
-  clear_unfinished(args.out);
+  begin_in(args.out);
   LinkClient rig(args.rig, link_options(args.rig));
   ResumedSource source(&rig, args.out / ".fetching");
   nlohmann::ordered_json bursts = nlohmann::ordered_json::array();
@@ -185,7 +191,7 @@ int run_recover(const Arguments& args) {
   const std::unique_ptr<RecalibratedSource> other = recalibrated(args);
   const std::unique_ptr<BurstSource> own = other ? nullptr : source_of(args);
   BurstSource* source = other ? other.get() : own.get();
-  if (!args.out.empty()) clear_unfinished(args.out);
+  if (!args.out.empty()) begin_in(args.out);
   nlohmann::ordered_json bursts = nlohmann::ordered_json::array();
   int partial = 0, whole = 0, exit_code = 0;
   const auto explain = [&](const v1::HeldBurst& held) {

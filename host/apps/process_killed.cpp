@@ -9,12 +9,16 @@
 
 namespace lamella::apps {
 
-void clear_half_written_beside(const fs::path& place) {
-  const fs::path clean = place.has_filename() ? place : place.parent_path();
-  const int count = remove_abandoned(clean.parent_path());
+void clear_half_written_in(const fs::path& folder) {
+  const int count = remove_abandoned(folder);
   if (count == 0) return;
-  fmt::print(stderr, "lamella: {}: removed {} that a run that was killed had left beside it\n",
-             place.string(), counted(uint64_t(count), "half-written folder"));
+  fmt::print(stderr, "lamella: {}: removed {} that a run that was killed had left there\n",
+             folder.empty() ? "." : folder.string(),
+             counted(uint64_t(count), "half-written output"));
+}
+
+void clear_half_written_beside(const fs::path& place) {
+  clear_half_written_in((place.has_filename() ? place : place.parent_path()).parent_path());
 }
 
 }  // namespace lamella::apps

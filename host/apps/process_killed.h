@@ -5,8 +5,11 @@
 
 namespace lamella::apps {
 
-// Says in a line how many folders a run that was killed left half-written beside `place`, if any,
-// and removes them.
+// Says in a line how much a run that was killed left half-written in `folder`, if anything, and
+// removes it.
+void clear_half_written_in(const std::filesystem::path& folder);
+
+// The same in the folder that `place` is in.
 void clear_half_written_beside(const std::filesystem::path& place);
 
 }  // namespace lamella::apps

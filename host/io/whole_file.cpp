@@ -127,16 +127,33 @@ std::vector<Begun>& begun_outputs() {
   return begun;
 }
 
-// Makes `parent` and those above it; returns the outermost that was not there, or nothing.
-fs::path begin_output(const fs::path& temporary, const fs::path& parent) {
-  const std::lock_guard lock(outputs_lock());
-  begun_outputs().push_back({temporary, make_folders(parent)});
-  return begun_outputs().back().first_made;
+// Makes the folder `temporary` and those above it; returns the lock that says that it is being
+// filled.
+int begin_output(const fs::path& temporary) {
+  {
+    const std::lock_guard lock(outputs_lock());
+    begun_outputs().push_back({temporary, make_folders(temporary.parent_path())});
+  }
+  fs::create_directory(temporary);
+  return lock_folder(temporary);
 }
 
 // With the lock held.
 void forget_output(const fs::path& temporary) {
   std::erase_if(begun_outputs(), [&](const Begun& b) { return b.temporary == temporary; });
+}
+
+// Removes it, with the folders that were made for it; nothing where it was not begun.
+void give_up_output(const fs::path& temporary, int lock) {
+  const std::lock_guard held(outputs_lock());
+  std::error_code ignored;
+  for (const Begun& output : begun_outputs()) {
+    if (output.temporary != temporary) continue;
+    fs::remove_all(temporary, ignored);
+    remove_folders(temporary.parent_path(), output.first_made);
+  }
+  forget_output(temporary);
+  if (lock >= 0) close(lock);
 }
 
 std::string with_other_name(std::string message, const std::string& name,
@@ -209,20 +226,19 @@ void abandon_outputs() {
 
 void write_whole_file(const fs::path& path, const std::function<void(const fs::path&)>& write) {
   require_file_place(path);
-  const fs::path temporary = beside(path, kUnderWay);
-  fs::path first_made;
+  const fs::path folder = beside(path, kUnderWay), temporary = folder / path.filename();
+  int lock = -1;
   try {
-    first_made = begin_output(temporary, path.parent_path());
+    lock = begin_output(folder);
     write(temporary);
-    const std::lock_guard lock(outputs_lock());
+    const std::lock_guard held(outputs_lock());
     fs::rename(temporary, path);
-    forget_output(temporary);
-  } catch (const std::exception& e) {
-    const std::lock_guard lock(outputs_lock());
-    forget_output(temporary);
     std::error_code ignored;
-    fs::remove(temporary, ignored);
-    remove_folders(path.parent_path(), first_made);
+    fs::remove_all(folder, ignored);
+    forget_output(folder);
+    if (lock >= 0) close(lock);
+  } catch (const std::exception& e) {
+    give_up_output(folder, lock);
     const auto* error = dynamic_cast<const Error*>(&e);
     if (!error) cannot_write(path, reason(e, temporary, path));
     throw Error(error->fault(), "", with_other_name(e.what(), temporary.string(), path.string()));
@@ -245,25 +261,19 @@ WholeFolder::WholeFolder(fs::path place, const std::string& marker)
   require_replaceable(place_, marker);
   replaceable_ = fs::exists(place_) && !fs::is_empty(place_);
   try {
-    first_made_ = begin_output(temporary_, place_.parent_path());
-    fs::create_directory(temporary_);
-    lock_ = lock_folder(temporary_);
+    lock_ = begin_output(temporary_);
   } catch (const std::exception& e) {
-    const std::lock_guard lock(outputs_lock());
-    forget_output(temporary_);
-    remove_folders(place_.parent_path(), first_made_);
+    give_up_output(temporary_, lock_);
     cannot_write(place_, reason(e, temporary_, place_));
   }
 }
 
 WholeFolder::~WholeFolder() {
-  if (lock_ >= 0) close(lock_);
-  if (committed_) return;
-  const std::lock_guard lock(outputs_lock());
-  forget_output(temporary_);
-  std::error_code ignored;
-  fs::remove_all(temporary_, ignored);
-  remove_folders(place_.parent_path(), first_made_);
+  if (!committed_) {
+    give_up_output(temporary_, lock_);
+  } else if (lock_ >= 0) {
+    close(lock_);
+  }
 }
 
 void WholeFolder::commit() {

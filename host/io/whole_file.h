@@ -10,7 +10,8 @@ namespace lamella {
 namespace fs = std::filesystem;
 
 // Calls `write(temporary)` and renames the result to `path`. On any exception the temporary is
-// removed and the exception goes on, as an Error that names `path`.
+// removed and the exception goes on, as an Error that names `path`. It has the name of `path`, in a
+// folder beside it that says as a WholeFolder's does whether it is still being filled.
 void write_whole_file(const fs::path& path, const std::function<void(const fs::path&)>& write);
 
 void write_whole_text(const fs::path& path, const std::string& text);
@@ -40,8 +41,7 @@ class WholeFolder {
  private:
   fs::path place_;
   fs::path temporary_;
-  fs::path first_made_;  // outermost folder that had to be made for `place`; empty: none
-  int lock_ = -1;        // tells other processes, on other computers too, that it is being filled
+  int lock_ = -1;  // tells other processes, on other computers too, that it is being filled
   bool replaceable_ = false;  // something stood there when it was begun
   bool committed_ = false;
 };
@@ -57,8 +57,8 @@ void require_folder_place(const fs::path& path);
 // on for ever: for a program that is about to end, on ^C, and leaves nothing half-written.
 void abandon_outputs();
 
-// Removes from `folder` what a WholeFolder had begun there and a process that was killed left
-// behind; returns how many that were. Only what has the name of one, and a lock that nobody holds.
+// Removes from `folder` the outputs that were begun there by processes that were killed; returns
+// how many that were. Only what has the name of one, and a lock that nobody holds.
 int remove_abandoned(const fs::path& folder);
 
 // Returns when what was written to the disk that holds `path` is really on it.

@@ -123,8 +123,8 @@ TEST_F(FitCommand, RemovesWhatAKilledFitLeftAndSaysSo) {
   be_killed_while_filling(session() / "fit");
   EXPECT_NE(scratch_.contents(), before);
   const Outcome fit = run_lamella({"fit", session().string(), "--until", "linearise"});
-  EXPECT_NE(fit.err.find("lamella: " + (session() / "fit").string() +
-                         ": removed 1 half-written folder that a run that was killed"),
+  EXPECT_NE(fit.err.find("lamella: " + session().string() +
+                         ": removed 1 half-written output that a run that was killed"),
             std::string::npos)
       << fit.err;
   for (const auto& entry : fs::directory_iterator(session())) {

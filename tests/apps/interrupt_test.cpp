@@ -8,6 +8,7 @@
 
 #include "apps/process_child.h"
 #include "apps/process_interrupt.h"
+#include "apps/run_lamella.h"
 #include "io/fake_session.h"
 #include "io/whole_file.h"
 
@@ -38,6 +39,40 @@ TEST(Interrupt, EndsTheProgramAsItWouldHaveAndLeavesNothingHalfWritten) {
     const testing::ScratchFolder scratch;
     EXPECT_EQ(interrupted_while_writing(scratch.path(), signal_number), signal_number);
     EXPECT_TRUE(scratch.contents().empty());
+  }
+}
+
+// A run that is killed while it writes `file`.
+void be_killed_while_writing(const fs::path& file) {
+  const pid_t child = fork();
+  if (child == 0) {
+    write_whole_file(file, [](const fs::path& temporary) {
+      std::ofstream(temporary) << "half";
+      kill(getpid(), SIGKILL);
+    });
+  }
+  waitpid(child, nullptr, 0);
+}
+
+TEST(Interrupt, ThatKillsARunLeavesWhatTheNextOneThatWritesAFileThereRemoves) {
+  const testing::ScratchFolder scratch;
+  const std::string file = (scratch.path() / "out").string();
+  const std::string none = (scratch.path() / "none").string();
+  for (const std::vector<std::string>& next : std::vector<std::vector<std::string>>{
+           {"render", none, "--view", none, "--out", file},
+           {"export", none, "--out", file},
+           {"review", none, "--screenshot", file},
+           {"rig", "plan", "--rig-file", none, "--svg", file},
+           {"rig", "plan", "--rig-file", none, "--vcd", file},
+           {"twin", "--subject", "nobody", "--calibration-out", file}}) {
+    be_killed_while_writing(file);
+    EXPECT_FALSE(scratch.contents().empty());
+    const testing::Outcome outcome = testing::run_lamella(next);
+    EXPECT_EQ(outcome.err.find("lamella: " + scratch.path().string() +
+                               ": removed 1 half-written output that a run that was killed had"),
+              0u)
+        << next[0] << ": " << outcome.err;
+    EXPECT_TRUE(scratch.contents().empty()) << next[0];
   }
 }
 

@@ -254,7 +254,7 @@ TEST_F(RigBursts, WhatAKilledRunLeftIsRemovedByTheNextAndWhatItHadFetchedIsNot) 
   const fs::path left = killed_run_of(out / "burst-000042");
   const Outcome outcome = sync(rig);
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_NE(outcome.err.find("removed 1 unfinished session that a run that was killed"),
+  EXPECT_NE(outcome.err.find("removed 1 half-written output that a run that was killed"),
             std::string::npos)
       << outcome.err;
   EXPECT_FALSE(fs::exists(left));

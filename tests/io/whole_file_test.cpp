@@ -185,6 +185,32 @@ TEST(RemoveAbandoned, TakesAwayWhatAKilledProcessLeft) {
   EXPECT_TRUE(scratch.contents().empty());
 }
 
+TEST(RemoveAbandoned, TakesAwayTheFileThatAKilledProcessWrote) {
+  const ScratchFolder scratch;
+  write_whole_text(scratch.path() / "face.exr", "old");
+  const pid_t child = fork();
+  if (child == 0) {
+    write_whole_file(scratch.path() / "face.exr", [](const fs::path& temporary) {
+      std::ofstream(temporary) << "half";
+      kill(getpid(), SIGKILL);
+    });
+  }
+  waitpid(child, nullptr, 0);
+  EXPECT_GT(scratch.contents().size(), 1u);
+  EXPECT_EQ(remove_abandoned(scratch.path()), 1);
+  EXPECT_EQ(scratch.contents(), Names{"face.exr"});
+  EXPECT_EQ(read_text(scratch.path() / "face.exr"), "old");
+}
+
+TEST(RemoveAbandoned, LeavesAFileThatIsStillBeingWritten) {
+  const ScratchFolder scratch;
+  write_whole_file(scratch.path() / "face.exr", [&](const fs::path& temporary) {
+    std::ofstream(temporary) << "whole";
+    EXPECT_EQ(remove_abandoned(scratch.path()), 0);
+  });
+  EXPECT_EQ(read_text(scratch.path() / "face.exr"), "whole");
+}
+
 TEST(RemoveAbandoned, LeavesWhatAProcessStillFillsAndWhatIsNotOurs) {
   const ScratchFolder scratch;
   const WholeFolder under_way(scratch.path() / "burst-000009");
