@@ -68,7 +68,21 @@ void receive_into(WholeFolder* folder, BurstSource* source, const Burst& burst,
   fetched->marked = burst.marked || !reception.marked.empty();
   fetched->unfit = reception.unfit;
   fetched->warnings = reception.warnings;
-  folder->commit();
+}
+
+// Another run may have put the same burst there meanwhile, or another rig's of that number.
+void settle(WholeFolder* folder, const fs::path& out, FetchedBurst* fetched) {
+  while (!fetched->was_there && !folder->commit_at(fetched->folder)) {
+    fetched->folder = place_for(out, fetched->held, fetched->offers);
+    fetched->was_there = fs::exists(fetched->folder);
+  }
+}
+
+void receive_at(const fs::path& out, BurstSource* source, const Burst& burst,
+                FetchedBurst* fetched) {
+  WholeFolder folder(fetched->folder);
+  folder.blame_place([&] { receive_into(&folder, source, burst, fetched); });
+  settle(&folder, out, fetched);
 }
 
 }  // namespace
@@ -81,9 +95,7 @@ FetchedBurst fetch_burst(BurstSource* source, const v1::HeldBurst& held, const f
   if (fetched.offers.empty()) return fetched;
   fetched.folder = place_for(out, held, fetched.offers);
   fetched.was_there = fs::exists(fetched.folder);
-  if (fetched.was_there) return fetched;
-  WholeFolder folder(fetched.folder);
-  folder.blame_place([&] { receive_into(&folder, source, burst, &fetched); });
+  if (!fetched.was_there) receive_at(out, source, burst, &fetched);
   sync_to_disk(fetched.folder);
   return fetched;
 }

@@ -12,7 +12,7 @@ namespace lamella::apps {
 struct FetchedBurst {
   v1::HeldBurst held;
   fs::path folder;         // empty: nothing of it was whole
-  bool was_there = false;  // an earlier run had brought it and was cut off before it said so
+  bool was_there = false;  // another run had brought it: one that was cut off, or is at it now
   bool marked = false;     // a photograph is bad or missing, and was not retaken
   std::string unfit;       // why it cannot be fitted; empty: it can, or was there
   std::vector<std::string> warnings;

@@ -276,6 +276,25 @@ WholeFolder::~WholeFolder() {
   }
 }
 
+// With the lock held, once it is in its place.
+void WholeFolder::settle() {
+  committed_ = true;
+  std::error_code ignored;
+  fs::remove(place_ / kLock, ignored);
+  forget_output(temporary_);
+}
+
+bool WholeFolder::commit_at(const fs::path& place) {
+  const std::lock_guard lock(outputs_lock());
+  std::error_code failed;
+  fs::rename(temporary_, place, failed);
+  if (failed == std::errc::directory_not_empty || failed == std::errc::file_exists) return false;
+  if (failed) cannot_write(place, failed.message());
+  place_ = place;
+  settle();
+  return true;
+}
+
 void WholeFolder::commit() {
   const std::lock_guard lock(outputs_lock());
   std::error_code failed;
@@ -293,9 +312,7 @@ void WholeFolder::commit() {
     throw_bad_input(place_.string(), "cannot be replaced (" + failed.message() + ")",
                     "see who may write there, or choose another place");
   }
-  committed_ = true;
-  fs::remove(place_ / kLock, failed);
-  forget_output(temporary_);
+  settle();
   if (!replaces) return;
   close(lock_folder(old));  // from here on it may be removed by whoever finds it
   fs::remove_all(old, failed);

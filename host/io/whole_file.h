@@ -30,6 +30,10 @@ class WholeFolder {
   const fs::path& path() const { return temporary_; }
   void commit();
 
+  // At `place`, beside its own, where nothing is; false, and nothing done, where another run has
+  // put a folder there.
+  bool commit_at(const fs::path& place);
+
   // A message about files in `path()`, which nobody finds there later: by their names in `place`,
   // or, where nothing comes of that, by those within the folder.
   std::string in_place(const std::string& message) const;
@@ -39,6 +43,8 @@ class WholeFolder {
   void blame_place(const std::function<void()>& fill) const;
 
  private:
+  void settle();
+
   fs::path place_;
   fs::path temporary_;
   int lock_ = -1;  // tells other processes, on other computers too, that it is being filled

@@ -5,7 +5,9 @@
 
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "apps/burst_fetch.h"
 #include "apps/resumed_source.h"
@@ -124,6 +126,55 @@ TEST_F(RigBursts, ASessionThatIsThereAlreadyIsAcknowledgedAndNotFetchedAgain) {
   other.hold(later);
   EXPECT_EQ(sync(other).exit_code, 0);
   EXPECT_TRUE(fs::exists(out / "burst-000042-2" / "session.json"));
+}
+
+// While its first photograph is on the way another run does `meanwhile`.
+class OvertakenSource : public apps::ResumedSource {
+ public:
+  OvertakenSource(LinkClient* rig, const fs::path& folder, std::function<void()> meanwhile)
+      : ResumedSource(rig, folder), meanwhile_(std::move(meanwhile)) {}
+
+  std::vector<uint8_t> photograph(const v1::FrameOffer& offer) override {
+    if (const auto once = std::exchange(meanwhile_, nullptr)) once();
+    return ResumedSource::photograph(offer);
+  }
+
+ private:
+  std::function<void()> meanwhile_;
+};
+
+TEST_F(RigBursts, OfTwoRunsThatFetchOneBurstAtOnceTheLaterFindsItThere) {
+  FakeRig rig;
+  load_burst(&rig, testing::kFakeSize);
+  rig.hold(whole_burst());
+  LinkClient client(rig.address(), quick());
+  const v1::HeldBurst held = client.held().at(0);
+  apps::ResumedSource first(&client, out / ".fetching");
+  OvertakenSource later(&client, out / ".fetching",
+                        [&] { EXPECT_FALSE(apps::fetch_burst(&first, held, out).was_there); });
+  const apps::FetchedBurst fetched = apps::fetch_burst(&later, held, out);
+  EXPECT_TRUE(fetched.was_there);
+  EXPECT_EQ(fetched.folder, out / "burst-000042");
+  EXPECT_EQ(fetched.offers.size(), 40u);
+  EXPECT_NO_THROW(require_burst(read_session(out / "burst-000042")));
+  EXPECT_FALSE(fs::exists(out / "burst-000042-2"));
+}
+
+TEST_F(RigBursts, TwoRigsThatAreFetchedAtOnceLoseNoBurstThoughTheyCountAlike) {
+  FakeRig rig, other;
+  v1::HeldBurst of_other = whole_burst();
+  of_other.set_begun_unix_us(1790000000000001);
+  for (FakeRig* each : {&rig, &other}) load_burst(each, testing::kFakeSize);
+  rig.hold(whole_burst());
+  other.hold(of_other);
+  LinkClient client(rig.address(), quick());
+  OvertakenSource later(&client, out / ".fetching", [&] { fetch(other); });
+  const apps::FetchedBurst fetched = apps::fetch_burst(&later, client.held().at(0), out);
+  EXPECT_FALSE(fetched.was_there);
+  EXPECT_EQ(fetched.folder, out / "burst-000042-2");
+  EXPECT_EQ(json_tree(read_text(out / "burst-000042" / "burst.json"))["begun_unix_us"],
+            of_other.begun_unix_us());
+  EXPECT_NO_THROW(require_burst(read_session(fetched.folder)));
 }
 
 TEST_F(RigBursts, ABurstThatTheRigCannotReadStaysThereAndDoesNotKeepTheNextFromBeingFetched) {

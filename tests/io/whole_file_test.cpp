@@ -240,6 +240,21 @@ TEST(WholeFolder, ReplacesNothingThatWasNotThereWhenItWasBegun) {
   EXPECT_EQ(read_text(place / "session.json"), "of another run");
 }
 
+TEST(WholeFolder, IsCommittedAtAnotherPlaceWhereItsOwnWasTakenMeanwhile) {
+  const ScratchFolder scratch;
+  const fs::path place = scratch.path() / "burst-000001";
+  {
+    WholeFolder folder(place);
+    write_whole_text(folder.path() / "a.txt", "ours");
+    write_whole_text(place / "a.txt", "of another run");
+    EXPECT_FALSE(folder.commit_at(place));
+    EXPECT_TRUE(folder.commit_at(scratch.path() / "burst-000001-2"));
+  }
+  EXPECT_EQ(scratch.contents(), (Names{"burst-000001", "burst-000001/a.txt", "burst-000001-2",
+                                       "burst-000001-2/a.txt"}));
+  EXPECT_EQ(read_text(place / "a.txt"), "of another run");
+}
+
 TEST(RemoveAbandoned, GoesByTheLockAndNotByTheNumberOfAProcess) {
   const ScratchFolder scratch;
   const pid_t gone = fork();
