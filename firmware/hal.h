@@ -64,6 +64,9 @@ struct hal {
   bool keeps_real_time;
   bool sees_trigger;  // a loop-back input does: next_seen() tells of each of its edges
   double lead_us;     // from set_line() to the line's move, as latency.h measured it; 0 until then
+  // The kernel's timer interrupts the player at tick_at_us and every tick_us before and after; 0:
+  // never.
+  double tick_us, tick_at_us;
 
   double (*now_us)(void* self);
   // Sleeps to just before t_us and spins to it; at once where t_us has passed. Returns the time.

@@ -159,6 +159,10 @@ static enum lam_status await_rest(struct hal_linux* board) {
     if (sense(board, &senses) != LAM_OK) return LAM_HARDWARE;
     if (board->actuator.moving) linux_wait_until_us(linux_now_us() + kStandEveryUs, 0);
   } while (board->actuator.moving);
+  if (senses.at_parallel && senses.at_crossed) {
+    return fail(board,
+                "both end stops say that the analyser is there: is a wire of theirs broken?");
+  }
   const struct linux_actuator* actuator = &board->actuator;
   const bool there = actuator->crossed ? senses.at_crossed : senses.at_parallel;
   if (there || !actuator->has_stop[actuator->crossed]) return LAM_OK;
@@ -376,6 +380,7 @@ enum lam_status hal_linux_open(struct hal_linux* board) {
     return status;
   }
   linux_time_settle(&board->rig->board, &board->latency_fd);
+  board->hal.tick_us = linux_tick_us(&board->hal.tick_at_us);
   return LAM_OK;
 }
 

@@ -13,6 +13,9 @@
 #include <time.h>
 #include <unistd.h>
 
+enum { kTicksSeen = 4 };
+static const double kShortestTickUs = 100;  // a coarse clock that is finer is set by no tick
+
 double linux_now_us(void) {
   struct timespec now;
   clock_gettime(CLOCK_MONOTONIC, &now);
@@ -65,6 +68,36 @@ int linux_time_settle(const struct rig_linux* board, int* latency_fd) {
   missing += report(sched_setscheduler(0, SCHED_FIFO, &param) == 0, "SCHED_FIFO (linux.priority)");
   *latency_fd = forbid_deep_sleep();
   return missing + report(*latency_fd >= 0, "/dev/cpu_dma_latency");
+}
+
+static double coarse_now_us(void) {
+  struct timespec now;
+  clock_gettime(CLOCK_MONOTONIC_COARSE, &now);
+  return (double)now.tv_sec * 1e6 + (double)now.tv_nsec * 1e-3;
+}
+
+// Spins until the kernel's next tick; false where none comes. The coarse clock moves with each tick
+// and stands still between them.
+static bool await_tick(double tick_us, double* at_us) {
+  const double from_us = linux_now_us(), stood_us = coarse_now_us();
+  do *at_us = linux_now_us();
+  while (coarse_now_us() == stood_us && *at_us < from_us + 3 * tick_us);
+  return coarse_now_us() != stood_us;
+}
+
+double linux_tick_us(double* at_us) {
+  struct timespec every;
+  if (clock_getres(CLOCK_MONOTONIC_COARSE, &every) != 0) return 0;
+  const double tick_us = (double)every.tv_sec * 1e6 + (double)every.tv_nsec * 1e-3;
+  if (tick_us < kShortestTickUs || !await_tick(tick_us, at_us)) return 0;
+  // What is seen late is late by what came between: the earliest is the tick's own.
+  for (int i = 0; i < kTicksSeen; i++) {
+    double next_us = 0;
+    if (!await_tick(tick_us, &next_us)) return 0;
+    const double off_us = remainder(next_us - *at_us, tick_us);
+    if (off_us < 0) *at_us += off_us;
+  }
+  return tick_us;
 }
 
 enum lam_status linux_memory_lock(char error[160]) {

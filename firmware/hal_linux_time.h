@@ -15,6 +15,10 @@ double linux_wait_until_us(double t_us, double spin_us);
 // stay open for as long as timing matters; -1 where there is none.
 int linux_time_settle(const struct rig_linux* board, int* latency_fd);
 
+// How long the kernel's timer leaves this thread alone, and a moment at which it interrupted it, to
+// some microseconds. Watches some ticks go by. 0 where there are none.
+double linux_tick_us(double* at_us);
+
 // Locks all memory, now and later: a page that is fetched in a burst takes milliseconds.
 // LAM_HARDWARE with the reason, and with what to do, where this process may not lock so much.
 enum lam_status linux_memory_lock(char error[160]);

@@ -4,7 +4,9 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { kStackBytes = 64 * 1024, kPageBytes = 4096 };
+#include "tick.h"
+
+enum { kStackBytes = 64 * 1024, kPageBytes = 4096, kMostZeros = 8 };
 static const double kSeenWithinUs = 2000;  // of the edge played: less than any pulse lasts
 
 static struct hal_pattern pattern_of(const struct burst_step* step) {
@@ -47,16 +49,30 @@ static void make_ready(struct player* player, struct hal* hal, const struct rig*
   }
 }
 
+// Each vblank stands elsewhere between the kernel's ticks: the first at which no critical edge
+// meets one becomes the zero. Where a display's rate lets every vblank meet one, the last is taken.
+static enum lam_status keep_clear_of_ticks(struct player* player) {
+  struct hal* hal = player->hal;
+  enum lam_status status = LAM_OK;
+  for (int tried = 1; status == LAM_OK && tried < kMostZeros; tried++) {
+    if (!tick_meets_edge(hal, player->timeline, player->zero_us)) break;
+    status = hal->resume(hal->self, &player->zero_us);
+  }
+  return status;
+}
+
 enum lam_status player_start(struct player* player, struct hal* hal, const struct rig* rig,
                              const struct burst_plan* plan, const struct timeline* timeline) {
   make_ready(player, hal, rig, plan, timeline);
-  return hal->prepare(hal->self, &player->zero_us);
+  const enum lam_status status = hal->prepare(hal->self, &player->zero_us);
+  return status == LAM_OK ? keep_clear_of_ticks(player) : status;
 }
 
 enum lam_status player_resume(struct player* player, struct hal* hal, const struct rig* rig,
                               const struct burst_plan* plan, const struct timeline* timeline) {
   make_ready(player, hal, rig, plan, timeline);
-  return hal->resume(hal->self, &player->zero_us);
+  const enum lam_status status = hal->resume(hal->self, &player->zero_us);
+  return status == LAM_OK ? keep_clear_of_ticks(player) : status;
 }
 
 bool player_is_done(const struct player* player) { return player->next == player->timeline->count; }

@@ -23,7 +23,6 @@ class Burst(NamedTuple):
     frames: Optional[list] = None
     codes: Optional[list] = None
     vcd_file: Optional[str] = None
-    interrupts_ns: tuple = ()  # when the kernel began to do other work on the player's processor
     frames_before: list = []  # what the drivers were told before it: zeros, functions
 
 

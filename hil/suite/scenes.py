@@ -1,15 +1,10 @@
 """The scenes. Each reads evidence of witnesses and says what it measured and what was wrong."""
-import bisect
-
 from suite.report import Measure, Result
 from witness import compare, led_chain, plan, sigrok
 
 LIGHTS_OFF_LIMIT_US = 10_000
 RECORD_LIMIT_US = 10
 CRITICAL_GOAL_US = 2
-# The machine's one processor has a clock of its own to tend to, 250 times a second, and whoever is to spin
-# past that moment is late. A board gives the player a processor without it.
-INTERRUPT_REACHES_US, MOST_INTERRUPTED = 20, 5
 DEVICES = ("/dev/gpiochip", "/dev/spidev", "/dev/video", "/dev/dri/card")
 
 
@@ -135,57 +130,25 @@ def edges(evidence, by_whom=""):
     return Result(name, measures, faults)
 
 
-def interrupted_us(burst, comparison, deviation):
-    """How long before an edge the kernel's last interrupt began, or None where none was near it."""
-    at_ns = comparison.zero_ns + (deviation.planned.t_us + deviation.us) * 1e3
-    nearest = bisect.bisect_right(burst.interrupts_ns, at_ns) - 1
-    before_us = (at_ns - burst.interrupts_ns[nearest]) / 1e3 if nearest >= 0 else INTERRUPT_REACHES_US
-    return before_us if before_us < INTERRUPT_REACHES_US else None
-
-
-def judge_critical(burst, comparison):
-    """Deviations of the critical edges: those that are the player's own, and (deviation, how long before
-    it the interrupt began) of those that came late because the kernel interrupted it."""
-    own, interrupted = [], []
-    for deviation in comparison.deviations:
-        if deviation.planned.line not in compare.CRITICAL:
-            continue
-        before_us = interrupted_us(burst, comparison, deviation)
-        if deviation.us > CRITICAL_GOAL_US and before_us is not None:
-            interrupted.append((deviation, before_us))
-        else:
-            own.append(deviation)
-    return own, interrupted
-
-
 def ten_bursts(evidence):
     """Every critical edge of ten bursts, the analyser beginning parallel and crossed by turns."""
     name = "every critical edge of ten bursts is within 2 us of plan"
     if evidence.plan_crossed is None:
         return Result(name, [], [], skipped="the simulated rig's clock is exact")
-    own, interrupted, faults = [], [], []
+    critical, faults = [], []
     for number, key in enumerate(evidence.bursts_in_turn):
         burst = evidence.bursts[key]
         plan_of_it = evidence.plan_crossed if number % 2 else evidence.plan
         result = compare.compare(plan_of_it, burst.edges, burst.lines)
         faults += [f"{key}: {result.order_fault}"] if result.order_fault else []
         faults += [f"{key}: {burst.record.verdict}"] if "none late" not in burst.record.verdict else []
-        of_burst = judge_critical(burst, result)
-        own += of_burst[0]
-        interrupted += of_burst[1]
+        critical += [d for d in result.deviations if d.planned.line in compare.CRITICAL]
     measures = [
         Measure("bursts", len(evidence.bursts_in_turn), ""),
-        Measure("critical edges", len(own) + len(interrupted), ""),
-        Measure("largest deviation from plan", max((abs(d.us) for d in own), default=0), "us",
-                CRITICAL_GOAL_US),
-        Measure("edges late by an interrupt of the kernel, not in the line above", len(interrupted), "",
-                MOST_INTERRUPTED)]
-    if interrupted:
-        measures.append(Measure("the latest of these", max(d.us for d, _ in interrupted), "us",
-                                min(e.tolerance_us for e in evidence.plan.edges)))
-    return Result(name, measures, faults, [
-        f"{d.planned.line} of step {d.planned.step} was {d.us:.2f} us late: an interrupt began "
-        f"{before_us:.2f} us before it" for d, before_us in interrupted])
+        Measure("critical edges", len(critical), ""),
+        Measure("largest deviation from plan", max((abs(d.us) for d in critical), default=0), "us",
+                CRITICAL_GOAL_US)]
+    return Result(name, measures, faults)
 
 
 def repeats(evidence):

@@ -94,26 +94,23 @@ def _refuse_lost_events(key, stats):
 
 
 def _edges(out, key):
-    """What the kernel saw, and its pages."""
+    """What the kernel saw of the lines."""
     _refuse_lost_events(key, _text(out / key / "stats"))
     pages = (out / key / "trace").read_bytes()
     return kernel_trace.edges(pages,
                               kernel_trace.read_format(_text(out / "machine/gpio_value.format")),
-                              kernel_trace.read_line_names(_text(out / "machine/gpio"))), pages
+                              kernel_trace.read_line_names(_text(out / "machine/gpio")))
 
 
 def _burst(out, key):
     folder = out / key
     if _text(folder / "exit").strip() != "0":
         raise MachineError(f"{key}: the player failed: {_text(folder / 'errors').strip()}")
-    edges, pages = _edges(out, key)
-    interrupt = kernel_trace.read_format(_text(out / "machine/irq_handler_entry.format"))
-    before, edges = led_chain.split(edges)
+    before, edges = led_chain.split(_edges(out, key))
     vcd_file = folder / "lines.vcd"
     vcd.write(vcd_file, edges, BUS + compare.LINES)
     return Burst(edges, compare.LINES, read_record(_text(folder / "record")),
                  frames=led_chain.frames(edges), vcd_file=str(vcd_file),
-                 interrupts_ns=kernel_trace.times_ns(pages, interrupt),
                  frames_before=led_chain.frames(before))
 
 
@@ -133,7 +130,7 @@ def read(root, programs, out):
                     {key: _burst(out, key) for key in (*BURSTS, *FAULTS)},
                     {key: _light(out, key) for key in LIGHTS}, machine, BURSTS,
                     plan.read(rigd, crossed_file, root / "proto"), out,
-                    led_chain.frames(_edges(out, "start")[0]))
+                    led_chain.frames(_edges(out, "start")))
 
 
 def lines_run(root, cache, kernel, out):

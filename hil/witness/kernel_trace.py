@@ -1,4 +1,4 @@
-"""Kernel events: gpio:gpio_value to edges of named lines, and the times of others."""
+"""Kernel events: gpio:gpio_value to edges of named lines."""
 import re
 import struct
 from typing import NamedTuple
@@ -34,12 +34,6 @@ def settings(pages, event_format, names):
                               for field in ("gpio", "get", "value"))
         if not get and number in names:
             yield Edge(t_ns, names[number], int(value != 0))
-
-
-def times_ns(pages, event_format):
-    """When events of one kind happened."""
-    return tuple(t_ns for t_ns, payload in ring_buffer.events(pages)
-                 if struct.unpack_from("<H", payload)[0] == event_format.id)
 
 
 def edges(pages, event_format, names):

@@ -222,6 +222,15 @@ TEST_F(LinuxBoard, ABurstDoesNotBeginWithTheAnalyserBetweenItsStops) {
   EXPECT_STREQ(board_.hal.error, "the analyser is not at its parallel end stop");
 }
 
+TEST_F(LinuxBoard, BothEndStopsAtOnceAreABrokenWireAndNoBurst) {
+  claim();
+  fake_gpio().levels["AT_PARALLEL"] = fake_gpio().levels["AT_CROSSED"] = 1;
+  double zero_us = 0;
+  EXPECT_EQ(board_.hal.prepare(&board_, &zero_us), LAM_HARDWARE);
+  EXPECT_STREQ(board_.hal.error,
+               "both end stops say that the analyser is there: is a wire of theirs broken?");
+}
+
 TEST_F(LinuxBoard, InputsThatCannotBeHeardAreAnError) {
   claim();
   fake_gpio().deaf = true;
