@@ -2,14 +2,20 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <memory>
 #include <nlohmann/json.hpp>
 
+#include "apps/burst_fetch.h"
+#include "apps/recalibrated_source.h"
+#include "apps/resumed_source.h"
 #include "apps/run_lamella.h"
+#include "calib/same_rig.h"
 #include "io/fake_rig.h"
 #include "io/fake_session.h"
 #include "io/json.h"
 #include "io/json_tree.h"
 #include "io/session.h"
+#include "io/shortfall.h"
 #include "io/whole_file.h"
 
 namespace lamella {
@@ -91,22 +97,63 @@ TEST_F(RigRecover, ACalibrationOfAnotherRigThanTookTheBurstIsRefusedByItsName) {
   expect_refusal(calibration, "has no left camera of ");
 }
 
+TEST_F(RigRecover, ACalibrationOfTheRigAsItWasThenOrAsItIsNowIsTaken) {
+  const v1::Session took = testing::fake_calibration(testing::kFakeSize);
+  v1::Session now = took;
+  now.mutable_patterns()->mutable_stripes()->set_period_px(16);
+  FakeRig rig;
+  load_burst(&rig, testing::kFakeSize);
+  rig.hold(whole_burst());
+  rig.set_welcome(rig_of(now));
+  const fs::path file = scratch.path() / "given.json";
+  for (const v1::Session& given : {took, now}) {
+    write_json(file, given);
+    const Outcome outcome = run({"recover", "--calibration", file.string()}, rig);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    fs::remove_all(out);
+  }
+}
+
+// A disk that was taken out of a rig, with a burst whose own calibration is spoilt.
+class SpoiltDisk : public apps::ResumedSource {
+ public:
+  using ResumedSource::ResumedSource;
+  const v1::Welcome* answering() const override { return nullptr; }
+  std::string calibration(const Burst&) override { return "{"; }
+};
+
+TEST_F(RigRecover, WhereNothingSaysWhatRigTookABurstTheCalibrationThatIsGivenIsTaken) {
+  FakeRig rig;
+  load_burst(&rig, testing::kFakeSize);
+  rig.hold(whole_burst());
+  const fs::path file = scratch.path() / "given.json";
+  write_json(file, testing::fake_calibration(testing::kFakeSize));
+  LinkClient client(rig.address());
+  apps::RecalibratedSource source(std::make_unique<SpoiltDisk>(&client, out / ".fetching"), file);
+  const auto fetched = apps::fetch_burst(&source, client.held().at(0), out);
+  EXPECT_NO_THROW(require_burst(read_session(fetched.folder)));
+}
+
 TEST_F(RigRecover, AnotherCalibrationThanASessionHasThatIsThereIsRefused) {
   FakeRig rig;
   load_burst(&rig, testing::kFakeSize);
   rig.hold(whole_burst());
-  v1::Session calibration = testing::fake_calibration(testing::kFakeSize);
+  const v1::Session calibration = testing::fake_calibration(testing::kFakeSize);
   const fs::path first = scratch.path() / "first.json", second = scratch.path() / "second.json";
   write_json(first, calibration);
-  calibration.mutable_rig()->mutable_cameras(0)->set_fx(1234);
-  write_json(second, calibration);
+  v1::Session of_other_camera = calibration, of_other_patterns = calibration;
+  of_other_camera.mutable_rig()->mutable_cameras(0)->set_fx(1234);
+  of_other_patterns.mutable_patterns()->mutable_stripes()->set_period_px(16);
   EXPECT_EQ(run({"recover", "--calibration", first.string()}, rig).exit_code, 0);
   EXPECT_EQ(run({"recover", "--calibration", first.string()}, rig).exit_code, 0);
-  const Outcome outcome = run({"recover", "--calibration", second.string()}, rig);
-  EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_NE(outcome.err.find("burst-000042: holds this burst with another calibration than"),
-            std::string::npos)
-      << outcome.err;
+  for (const v1::Session& other : {of_other_camera, of_other_patterns}) {
+    write_json(second, other);
+    const Outcome outcome = run({"recover", "--calibration", second.string()}, rig);
+    EXPECT_EQ(outcome.exit_code, 2);
+    EXPECT_NE(outcome.err.find("burst-000042: holds this burst with another calibration than"),
+              std::string::npos)
+        << outcome.err;
+  }
   EXPECT_FALSE(
       json_tree(read_text(out / "burst-000042" / "burst.json"))["own_calibration"].get<bool>());
 }
