@@ -23,17 +23,18 @@ namespace {
 
 struct FitArguments {
   fs::path session, out;
-  std::string until = "albedo";
+  std::string until = "albedo", layers = "auto";
   bool json = false;
 };
 
-// Of layers that were dropped, or are in doubt.
+// Of layers that were dropped, or are in doubt: not of those that were kept.
 void print_reasons(const v1::Layers& layers) {
   std::string lines;
   for (const v1::Region& r : layers.regions()) {
     const std::map<std::string, std::string> by_layer(r.layers().why().begin(),
                                                       r.layers().why().end());
     for (const auto& [layer, why] : by_layer) {
+      if (why.starts_with("kept: ")) continue;
       lines += one_line(fmt::format("{}: {}: {}", r.name(), layer, why)) + "\n";
     }
   }
@@ -119,7 +120,8 @@ int run_fit(const FitArguments& args) {
   }
   clear_half_written_beside(out);
   WholeFolder folder(out, "layers.json");
-  fit::LayeredFit fit = fit::fit_layers(session, fit::step_from_name(args.until));
+  fit::LayeredFit fit = fit::fit_layers(session, fit::step_from_name(args.until),
+                                        fit::layer_use_from_name(args.layers));
   folder.blame_place([&] { write_fit(&folder, session, watch, &fit); });
   if (args.json) {
     fmt::print("{}\n", to_json(fit.layers));
@@ -142,6 +144,11 @@ void add_fit(const Command& app, int* exit_code) {
       .add_option(
           "--until", args->until,
           "Last step to run: linearise, geometry, normals, specular, separate, scattering, albedo")
+      .shows_default();
+  command
+      .add_option("--layers", args->layers,
+                  "Diffuse layers: auto, those whose light is above the noise; single, one dipole "
+                  "for all of it")
       .shows_default();
   command.add_flag("--json", args->json, "Report as JSON: layers.json");
   command.runs([args, exit_code] { *exit_code = run_fit(*args); });

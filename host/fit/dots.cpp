@@ -72,8 +72,8 @@ void add_bound(const std::string& at_bound, size_t channel, std::string* why, Do
   *doubt = Doubt::kAtBound;
 }
 
-void fit_channel(const std::vector<const KernelEquations*>& dots, double share, double footprint_mm,
-                 size_t c, RegionScattering* region) {
+LayerContest fit_channel(const std::vector<const KernelEquations*>& dots, double share,
+                         double footprint_mm, size_t c, RegionScattering* region) {
   KernelEquations all;
   for (const KernelEquations* dot : dots) all += *dot;
   const Kernel tail = solve_kernel(all, kOffsetSigma, kTailRidge);
@@ -107,6 +107,49 @@ void fit_channel(const std::vector<const KernelEquations*>& dots, double share, 
     region->shallow_why = layers.shallow_why;
     region->shallow_doubt = Doubt::kNone;
   }
+  return contest_layers(dots, kernel, kOffsetSigma, footprint_mm);
+}
+
+// One dipole for all of it: the deep layer is that, and there is no other.
+void leave_one_layer(const std::string& why, RegionScattering* region) {
+  for (size_t c = 0; c < 3; ++c) {
+    const SingleLayer& one = region->single_layer[c];
+    region->ld_mm[c] = one.ld_mm;
+    region->ld_mm_stddev[c] = one.ld_mm_stddev;
+    region->alpha_dot[c] = one.alpha;
+    region->alpha_dot_stddev[c] = one.alpha_stddev;
+    region->deep_rms[c] = one.rms;
+    region->shallow_ld_mm[c] = 0;
+  }
+  region->deep_why.clear();
+  region->deep_doubt = region->shallow_doubt = Doubt::kNone;
+  region->shallow_fitted = false;
+  region->shallow_why = why;
+}
+
+void choose_layers(LayerUse use, const std::array<LayerContest, 3>& channels,
+                   RegionScattering* region) {
+  for (size_t c = 0; c < 3; ++c) region->single_layer[c] = channels[c].single;
+  if (use == LayerUse::kSingle) {
+    leave_one_layer("one layer was asked for (--layers single)", region);
+  } else if (region->shallow_why.empty()) {
+    region->shallow_why = "kept: " + describe_contest(channels);
+  }
+}
+
+// Where a region has one layer all its light is that layer's.
+void fold_shallow_light(const Burst& burst, const std::vector<RegionScattering>& regions,
+                        Separation* separation) {
+  parallel_for(burst.regions.rows, [&](int y) {
+    for (int x = 0; x < burst.regions.cols; ++x) {
+      const int label = burst.regions(y, x);
+      if (label == 0 || regions[size_t(label - 1)].shallow_ld_mm[0] > 0) continue;
+      Vec3& shallow = separation->shallow_albedo(y, x);
+      if (!is_finite(shallow)) continue;
+      separation->deep_albedo(y, x) += shallow;
+      shallow = Vec3(0, 0, 0);
+    }
+  });
 }
 
 // How many pixels of each other region border on region `label`.
@@ -201,7 +244,7 @@ Image3 alpha_map(const Image3& deep_albedo) {
 }  // namespace
 
 Scattering fit_scattering(const Burst& burst, const Geometry& geometry, const Normals& normals,
-                          const Separation& separation) {
+                          LayerUse use, Separation* separation) {
   Scattering scattering;
   scattering.regions.resize(burst.region_names.size() - 1);
   const std::vector<Dot> dots = measure_dots(burst, geometry, normals);
@@ -218,15 +261,20 @@ Scattering fit_scattering(const Burst& burst, const Geometry& geometry, const No
     if (own[0].empty() || own[1].empty() || own[2].empty()) return;
     region.dots = int(own[1].size());
     region.deep_fitted = region.shallow_fitted = true;
-    const std::array<double, 3> share = shallow_share(burst, separation, i + 1);
-    for (size_t c = 0; c < 3; ++c) fit_channel(own[c], share[c], blur_mm, c, &region);
+    const std::array<double, 3> share = shallow_share(burst, *separation, i + 1);
+    std::array<LayerContest, 3> contests;
+    for (size_t c = 0; c < 3; ++c) {
+      contests[c] = fit_channel(own[c], share[c], blur_mm, c, &region);
+    }
+    choose_layers(use, contests, &region);
   });
   const std::vector<RegionScattering> measured = scattering.regions;
   for (size_t i = 0; i < measured.size(); ++i) {
     if (measured[i].dots == 0) borrow(burst.regions, i, &scattering.regions);
   }
   scattering.deep_ld_mm = blend_ld(burst, scattering.regions);
-  scattering.deep_alpha = alpha_map(separation.deep_albedo);
+  fold_shallow_light(burst, scattering.regions, separation);
+  scattering.deep_alpha = alpha_map(separation->deep_albedo);
   return scattering;
 }
 

@@ -3,8 +3,11 @@
 #pragma once
 
 #include <array>
+#include <functional>
 
 namespace lamella::fit {
+
+using RadialProfile = std::function<double(double r_mm)>;  // per mm^2
 
 // The widths that all profiles share, geometric. Every Gaussian integrates to 1 over the plane.
 struct GaussianBasis {

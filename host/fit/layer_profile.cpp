@@ -16,8 +16,7 @@ namespace {
 
 constexpr double kTransport_mm = 0.38;     // 1/sigma_t' of dermis, 2 to 4 per mm in the literature
 constexpr double kTransportSpread = 0.15;  // one sigma of its logarithm
-// A kernel that shows no tail (a surface that does not scatter) would take them to infinity.
-constexpr double kShortestDeepLd_mm = 0.05, kLongestDeepLd_mm = 50;
+// A kernel that shows no tail (a surface that does not scatter) would take it to infinity.
 constexpr double kShortestTransport_mm = 0.05, kLongestTransport_mm = 3;
 constexpr double kKernelError = 0.05;  // relative, of what the dots say of the kernel
 constexpr double kLongest_mm = 8, kShortest_mm = 0.1;

@@ -2,14 +2,11 @@
 // multipole that completes it.
 #pragma once
 
-#include <functional>
 #include <string>
 
 #include "fit/gaussian_basis.h"
 
 namespace lamella::fit {
-
-using RadialProfile = std::function<double(double r_mm)>;  // per mm^2
 
 struct DeepProfile {
   double ld_mm = 0, ld_mm_stddev = 0;

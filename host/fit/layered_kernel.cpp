@@ -52,22 +52,18 @@ MatrixXd projection_of(double ld_mm, double footprint_mm) {
 }
 
 // |root (w - best)|, squared, is the equations' cost but for a constant.
-struct Residual {
+struct Equations {
   MatrixXd projection;  // kSize x kRings
   MatrixXd root;
   VectorXd target;
-  double share, thickness_mm;
 
-  template <class Real>
-  bool operator()(const Real* deep_s, const Real* log_ld, const Real* shallow_s,
-                  const Real* log_shallow_ld, Real* residual) const {
-    using std::exp;
-    const Real ld = exp(*log_ld), shallow_ld = exp(*log_shallow_ld);
+  // Of a kernel that has `value_at(r)` per mm^2, whatever it integrates to.
+  template <class Real, class Value>
+  void residuals(const Value& value_at, Real* residual) const {
     std::array<Real, kSize> w;
     w.fill(Real(0));
     for (int i = 0; i < kRings; ++i) {
-      const Real value =
-          layered_value(*deep_s, ld, *shallow_s, shallow_ld, share, thickness_mm, ring_mm(i));
+      const Real value = value_at(ring_mm(i));
       for (int j = 0; j < kSize; ++j) w[size_t(j)] += projection(j, i) * value;
     }
     Real sum(0);
@@ -76,47 +72,98 @@ struct Residual {
       residual[k] = Real(-target(k));
       for (int j = 0; j < kSize; ++j) residual[k] += root(k, j) * w[size_t(j)] / sum;
     }
-    return true;
   }
 };
 
-Residual residual_of(const WeightEquations& equations, const LayeredKernel& given,
-                     double footprint_mm) {
+Equations equations_of(const WeightEquations& equations, double ld_mm, double footprint_mm) {
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(MatrixXd(equations.a));
   const VectorXd values =
       eigen.eigenvalues().cwiseMax(kLeastEigenvalue * eigen.eigenvalues().maxCoeff());
   const VectorXd root = values.cwiseSqrt();
-  return {
-      projection_of(given.deep_ld_mm, footprint_mm),
-      root.asDiagonal() * eigen.eigenvectors().transpose(),
-      root.cwiseInverse().asDiagonal() * (eigen.eigenvectors().transpose() * VectorXd(equations.b)),
-      given.shallow_share, given.thickness_mm};
+  return {projection_of(ld_mm, footprint_mm), root.asDiagonal() * eigen.eigenvectors().transpose(),
+          root.cwiseInverse().asDiagonal() *
+              (eigen.eigenvectors().transpose() * VectorXd(equations.b))};
 }
 
-double descend(const Residual& residual, double ld_mm, LayeredKernel* at) {
-  double log_ld = std::log(at->deep_ld_mm), log_shallow_ld = std::log(at->shallow_ld_mm);
-  ceres::Problem problem;
-  problem.AddResidualBlock(
-      new ceres::AutoDiffCostFunction<Residual, kSize, 1, 1, 1, 1>(new Residual(residual)), nullptr,
-      &at->deep_s, &log_ld, &at->shallow_s, &log_shallow_ld);
-  for (double* s : {&at->deep_s, &at->shallow_s}) {
-    problem.SetParameterLowerBound(s, 0, model::s_from_alpha(kHighestAlpha));
-    problem.SetParameterUpperBound(s, 0, model::s_from_alpha(kLowestAlpha));
+struct LayeredResidual {
+  Equations equations;
+  double share, thickness_mm;
+
+  template <class Real>
+  bool operator()(const Real* deep_s, const Real* log_ld, const Real* shallow_s,
+                  const Real* log_shallow_ld, Real* residual) const {
+    using std::exp;
+    const Real ld = exp(*log_ld), shallow_ld = exp(*log_shallow_ld);
+    equations.residuals(
+        [&](double r_mm) {
+          return layered_value(*deep_s, ld, *shallow_s, shallow_ld, share, thickness_mm, r_mm);
+        },
+        residual);
+    return true;
   }
-  problem.SetParameterLowerBound(&log_ld, 0, std::log(ld_mm / kLdFactor));
-  problem.SetParameterUpperBound(&log_ld, 0, std::log(ld_mm * kLdFactor));
-  problem.SetParameterLowerBound(&log_shallow_ld, 0, std::log(kShortestShallowLd_mm));
-  problem.SetParameterUpperBound(&log_shallow_ld, 0, std::log(kLongestShallowLd_mm));
+};
+
+struct SingleResidual {
+  Equations equations;
+
+  template <class Real>
+  bool operator()(const Real* s, const Real* log_ld, Real* residual) const {
+    using std::exp;
+    const model::Dipole<Real> skin{model::alpha_from_s(*s), Real(exp(*log_ld))};
+    equations.residuals([&](double r_mm) { return model::dipole_reflectance(skin, r_mm); },
+                        residual);
+    return true;
+  }
+};
+
+void bound_alpha(double* s, ceres::Problem* problem) {
+  problem->SetParameterLowerBound(s, 0, model::s_from_alpha(kHighestAlpha));
+  problem->SetParameterUpperBound(s, 0, model::s_from_alpha(kLowestAlpha));
+}
+
+void bound_length(double* log_mm, double low_mm, double high_mm, ceres::Problem* problem) {
+  problem->SetParameterLowerBound(log_mm, 0, std::log(low_mm));
+  problem->SetParameterUpperBound(log_mm, 0, std::log(high_mm));
+}
+
+double solve(ceres::Problem* problem) {
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
   options.logging_type = ceres::SILENT;
   options.max_num_iterations = 40;
   options.num_threads = 1;
   ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
+  ceres::Solve(options, problem, &summary);
+  return summary.final_cost;
+}
+
+double descend(const LayeredResidual& residual, double ld_mm, LayeredKernel* at) {
+  double log_ld = std::log(at->deep_ld_mm), log_shallow_ld = std::log(at->shallow_ld_mm);
+  ceres::Problem problem;
+  problem.AddResidualBlock(new ceres::AutoDiffCostFunction<LayeredResidual, kSize, 1, 1, 1, 1>(
+                               new LayeredResidual(residual)),
+                           nullptr, &at->deep_s, &log_ld, &at->shallow_s, &log_shallow_ld);
+  bound_alpha(&at->deep_s, &problem);
+  bound_alpha(&at->shallow_s, &problem);
+  bound_length(&log_ld, ld_mm / kLdFactor, ld_mm * kLdFactor, &problem);
+  bound_length(&log_shallow_ld, kShortestShallowLd_mm, kLongestShallowLd_mm, &problem);
+  const double cost = solve(&problem);
   at->deep_ld_mm = std::exp(log_ld);
   at->shallow_ld_mm = std::exp(log_shallow_ld);
-  return summary.final_cost;
+  return cost;
+}
+
+double descend(const SingleResidual& residual, SingleKernel* at) {
+  double log_ld = std::log(at->ld_mm);
+  ceres::Problem problem;
+  problem.AddResidualBlock(
+      new ceres::AutoDiffCostFunction<SingleResidual, kSize, 1, 1>(new SingleResidual(residual)),
+      nullptr, &at->s, &log_ld);
+  bound_alpha(&at->s, &problem);
+  bound_length(&log_ld, kShortestDeepLd_mm, kLongestDeepLd_mm, &problem);
+  const double cost = solve(&problem);
+  at->ld_mm = std::exp(log_ld);
+  return cost;
 }
 
 }  // namespace
@@ -134,7 +181,8 @@ double footprint_mm(const Camera& camera, const Camera& projector) {
 
 LayeredKernel fit_layered_kernel(const WeightEquations& equations, const LayeredKernel& given,
                                  double footprint_mm) {
-  const Residual residual = residual_of(equations, given, footprint_mm);
+  const LayeredResidual residual{equations_of(equations, given.deep_ld_mm, footprint_mm),
+                                 given.shallow_share, given.thickness_mm};
   LayeredKernel best = given;
   double least = std::numeric_limits<double>::infinity();
   // The valley has side arms, as that of fit_layered_profile().
@@ -150,6 +198,52 @@ LayeredKernel fit_layered_kernel(const WeightEquations& equations, const Layered
     best = at;
   }
   return best;
+}
+
+LayeredKernel refine_layered_kernel(const WeightEquations& equations, const LayeredKernel& near,
+                                    double footprint_mm) {
+  LayeredKernel at = near;
+  descend({equations_of(equations, near.deep_ld_mm, footprint_mm), near.shallow_share,
+           near.thickness_mm},
+          near.deep_ld_mm, &at);
+  return at;
+}
+
+double SingleKernel::operator()(double r_mm) const {
+  const model::Dipole<double> skin{model::alpha_from_s(s), ld_mm};
+  return model::dipole_reflectance(skin, r_mm) / model::diffuse_reflectance_at_s(s);
+}
+
+SingleKernel fit_single_kernel(const WeightEquations& equations, double ld_mm,
+                               double footprint_mm) {
+  const SingleResidual residual{equations_of(equations, ld_mm, footprint_mm)};
+  SingleKernel best;
+  double least = std::numeric_limits<double>::infinity();
+  // A short dipole of dull skin and a long one of bright skin are alike nearby.
+  for (const auto& [s, factor] : {std::array{0.4, 1.0}, {0.4, 0.4}, {1.2, 1.0}}) {
+    SingleKernel at{s, factor * ld_mm};
+    const double cost = descend(residual, &at);
+    if (cost >= least) continue;
+    least = cost;
+    best = at;
+  }
+  return best;
+}
+
+SingleKernel refine_single_kernel(const WeightEquations& equations, const SingleKernel& near,
+                                  double footprint_mm) {
+  SingleKernel at = near;
+  descend(SingleResidual{equations_of(equations, near.ld_mm, footprint_mm)}, &at);
+  return at;
+}
+
+double prediction_cost(const WeightEquations& equations, const RadialProfile& kernel, double ld_mm,
+                       double footprint_mm) {
+  std::array<double, kSize> residual;
+  equations_of(equations, ld_mm, footprint_mm).residuals(kernel, residual.data());
+  double cost = 0;
+  for (double r : residual) cost += r * r;
+  return cost;
 }
 
 }  // namespace lamella::fit

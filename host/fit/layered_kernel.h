@@ -9,8 +9,9 @@
 
 namespace lamella::fit {
 
-// Bounds of every fit of the two layers.
+// Bounds of every fit of the layers.
 inline constexpr double kHighestAlpha = 0.9999, kLowestAlpha = 0.02;
+inline constexpr double kShortestDeepLd_mm = 0.05, kLongestDeepLd_mm = 50;
 inline constexpr double kShortestShallowLd_mm = 0.1, kLongestShallowLd_mm = 4;
 
 // Per mm^2 at r: dipole and multipole, each scaled to its share of 1. s = sqrt(3 (1 - alpha')).
@@ -33,6 +34,15 @@ struct LayeredKernel {
   double operator()(double r_mm) const;
 };
 
+// One dipole for all the light: the paper's comparison (its figure 7), and what a skin of one layer
+// is.
+struct SingleKernel {
+  double s = 0, ld_mm = 0;
+
+  // Per mm^2; integrates to 1 over the plane.
+  double operator()(double r_mm) const;
+};
+
 // One sigma of the blur on a surface at the origin that faces camera and projector: of each a
 // pixel, which is a box, and a lens.
 double footprint_mm(const Camera& camera, const Camera& projector);
@@ -41,5 +51,20 @@ double footprint_mm(const Camera& camera, const Camera& projector);
 // `ld_mm`, that of the kernel's tail.
 LayeredKernel fit_layered_kernel(const WeightEquations& equations, const LayeredKernel& given,
                                  double footprint_mm);
+
+// The same from a solution that is near: of most of the dots, say, from that of all.
+LayeredKernel refine_layered_kernel(const WeightEquations& equations, const LayeredKernel& near,
+                                    double footprint_mm);
+
+// The same with one dipole, sought around `ld_mm`.
+SingleKernel fit_single_kernel(const WeightEquations& equations, double ld_mm, double footprint_mm);
+
+SingleKernel refine_single_kernel(const WeightEquations& equations, const SingleKernel& near,
+                                  double footprint_mm);
+
+// What the equations lose by this kernel against the one that they like best: in units of their
+// weights, which are one over the variance of a pixel.
+double prediction_cost(const WeightEquations& equations, const RadialProfile& kernel, double ld_mm,
+                       double footprint_mm);
 
 }  // namespace lamella::fit

@@ -50,7 +50,7 @@ Step step_from_name(const std::string& name) {
   throw_bad_input("--until", "no step \"" + name + "\"", "one of " + known);
 }
 
-LayeredFit fit_layers(const Session& session, Step until) {
+LayeredFit fit_layers(const Session& session, Step until, LayerUse use) {
   LayeredFit fit;
   Course course{&fit.layers, Progress("fitting, step", steps_until(until))};
   Burst burst = timed(&course, "linearise", [&] { return linearise(session); });
@@ -73,13 +73,14 @@ LayeredFit fit_layers(const Session& session, Step until) {
     if (until >= Step::kSeparate) {
       separation =
           timed(&course, "separate", [&] { return separate_layers(burst, geometry, normals); });
-      report_separation(separation, &fit);
+      Scattering scattering;
       if (until >= Step::kScattering) {
-        const Scattering scattering = timed(&course, "scattering", [&] {
-          return fit_scattering(burst, geometry, normals, separation);
+        scattering = timed(&course, "scattering", [&] {
+          return fit_scattering(burst, geometry, normals, use, &separation);
         });
-        report_scattering(scattering, &fit);
       }
+      report_separation(separation, &fit);
+      if (until >= Step::kScattering) report_scattering(scattering, &fit);
     }
     if (until >= Step::kAlbedo) {
       const Albedo albedo =

@@ -7,6 +7,7 @@
 
 #include "calib/check.h"
 #include "fit/doubt.h"
+#include "fit/layer_choice.h"
 #include "io/layer_maps.h"
 #include "io/session.h"
 
@@ -32,6 +33,6 @@ struct LayeredFit {
 };
 
 // Throws Error on bad input; what the data cannot tell is said in the result.
-LayeredFit fit_layers(const Session& session, Step until);
+LayeredFit fit_layers(const Session& session, Step until, LayerUse use = LayerUse::kAuto);
 
 }  // namespace lamella::fit

@@ -66,6 +66,17 @@ void put_shallow(const RegionScattering& from, v1::Region* region) {
   shallow->set_thickness_mm(from.thickness_mm);
 }
 
+void put_single_layer(const std::array<SingleLayer, 3>& from, v1::Region* region) {
+  v1::SingleLayer* single = region->mutable_single_layer();
+  for (const SingleLayer& channel : from) {
+    single->add_ld_mm(channel.ld_mm);
+    single->add_ld_mm_stddev(channel.ld_mm_stddev);
+    single->add_alpha(channel.alpha);
+    single->add_alpha_stddev(channel.alpha_stddev);
+    single->add_rms(channel.rms);
+  }
+}
+
 }  // namespace
 
 void start_report(const Burst& burst, LayeredFit* fit) {
@@ -150,6 +161,7 @@ void report_scattering(const Scattering& scattering, LayeredFit* fit) {
     put_why({"shallow", from.shallow_why, from.shallow_doubt}, region, fit);
     if (from.ld_mm[0] > 0) put_deep(from, region);
     if (from.shallow_ld_mm[0] > 0) put_shallow(from, region);
+    if (from.single_layer[0].ld_mm > 0) put_single_layer(from.single_layer, region);
   }
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "fit/doubt.h"
+#include "fit/layer_choice.h"
 #include "fit/normals.h"
 
 namespace lamella::fit {
@@ -23,6 +24,7 @@ struct RegionScattering {
   std::array<double, 3> ld_mm{}, ld_mm_stddev{}, alpha_dot{}, alpha_dot_stddev{}, deep_rms{};
   std::array<double, 3> shallow_alpha{}, shallow_alpha_stddev{}, shallow_ld_mm{},
       shallow_ld_mm_stddev{}, shallow_rms{};
+  std::array<SingleLayer, 3> single_layer{};  // what one dipole would be for all of it
   double thickness_mm = 0.5;
   int dots = 0;
 };
@@ -40,8 +42,10 @@ struct Albedo {
 
 Separation separate_layers(const Burst& burst, const Geometry& geometry, const Normals& normals);
 
+// Where one layer is asked for a dipole stands for all diffuse light, and `separation` has it in
+// deep_albedo alone.
 Scattering fit_scattering(const Burst& burst, const Geometry& geometry, const Normals& normals,
-                          const Separation& separation);
+                          LayerUse use, Separation* separation);
 
 Albedo fit_albedo(const Burst& burst, const Geometry& geometry, const Normals& normals);
 

@@ -65,7 +65,7 @@ std::string slab_note(const v1::Layers& layers) {
                   r.shallow().ld_mm(1), r.shallow().ld_mm(2));
     return text;
   }
-  return "light of the epidermis";
+  return "not fitted";
 }
 
 std::string phase_note(const v1::Layers& layers) {

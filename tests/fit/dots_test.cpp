@@ -77,8 +77,9 @@ TEST(DotPattern, BlurredTableAgreesWithBruteForceOnASlantedSurface) {
 
 TEST(Dots, RecoverTheMeanFreePathOfADipole) {
   const LitPlane plane = dotted_plane();
+  Separation separation = even_separation();
   const Scattering fit =
-      fit_scattering(plane.burst, plane.geometry, plane.normals, even_separation());
+      fit_scattering(plane.burst, plane.geometry, plane.normals, LayerUse::kAuto, &separation);
   expect_lengths(fit.regions[0], 0.2);
   EXPECT_GT(fit.regions[0].dots, 6);
 }
@@ -87,8 +88,9 @@ TEST(Dots, SurviveNoiseAndABlackLevelThatIsALittleWrong) {
   LitPlane plane = dotted_plane();
   testing::add_noise(0.003, &plane.burst.dots);
   for (Vec3& pixel : plane.burst.dots) pixel += Vec3(0.0005f, 0.0005f, 0.0005f);
+  Separation separation = even_separation();
   const Scattering fit =
-      fit_scattering(plane.burst, plane.geometry, plane.normals, even_separation());
+      fit_scattering(plane.burst, plane.geometry, plane.normals, LayerUse::kAuto, &separation);
   expect_lengths(fit.regions[0], 0.2);
 }
 
@@ -108,7 +110,9 @@ TEST(Dots, OnDarkSkinAreNotLongerForNoise) {
       }
     }
   }
-  const Scattering fit = fit_scattering(burst, plane.geometry, plane.normals, even_separation());
+  Separation separation = even_separation();
+  const Scattering fit =
+      fit_scattering(burst, plane.geometry, plane.normals, LayerUse::kAuto, &separation);
   expect_lengths(fit.regions[0], 0.25);
 }
 
@@ -116,8 +120,9 @@ TEST(Dots, RegionWithoutOneBorrowsItsNeighboursAndSaysSo) {
   LitPlane plane = dotted_plane();
   plane.burst.region_names = {"background", "skin", "scar"};
   plane.burst.regions(cv::Rect(70, 90, 9, 9)) = uchar(2);
+  Separation separation = even_separation();
   const Scattering fit =
-      fit_scattering(plane.burst, plane.geometry, plane.normals, even_separation());
+      fit_scattering(plane.burst, plane.geometry, plane.normals, LayerUse::kAuto, &separation);
   ASSERT_EQ(fit.regions.size(), 2u);
   EXPECT_FALSE(fit.regions[1].deep_fitted);
   EXPECT_NE(fit.regions[1].deep_why.find("no dot"), std::string::npos);
@@ -129,8 +134,9 @@ TEST(Dots, RegionWithoutOneBorrowsItsNeighboursAndSaysSo) {
 TEST(Dots, WithoutAnyTheLengthIsUnknownAndSaysWhy) {
   LitPlane plane = dotted_plane();
   plane.burst.clipped_projector.setTo(255);
+  Separation separation = even_separation();
   const Scattering fit =
-      fit_scattering(plane.burst, plane.geometry, plane.normals, even_separation());
+      fit_scattering(plane.burst, plane.geometry, plane.normals, LayerUse::kAuto, &separation);
   EXPECT_FALSE(fit.regions[0].deep_fitted);
   EXPECT_EQ(fit.regions[0].deep_why, "no dot of the pattern could be measured on any region");
   EXPECT_TRUE(std::isnan(fit.deep_ld_mm(50, 50)[0]));
@@ -138,8 +144,9 @@ TEST(Dots, WithoutAnyTheLengthIsUnknownAndSaysWhy) {
 
 TEST(Dots, MapOfAlphaFollowsFromDeepAlbedoByEquationEight) {
   const LitPlane plane = dotted_plane();
+  Separation separation = even_separation();
   const Scattering fit =
-      fit_scattering(plane.burst, plane.geometry, plane.normals, even_separation());
+      fit_scattering(plane.burst, plane.geometry, plane.normals, LayerUse::kAuto, &separation);
   EXPECT_NEAR(fit.deep_alpha(50, 50)[1], *model::alpha_from_reflectance(0.3), 1e-4);
   EXPECT_NEAR(fit.deep_ld_mm(50, 50)[1], fit.regions[0].ld_mm[1], 1e-4);
 }
