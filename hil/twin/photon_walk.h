@@ -16,8 +16,8 @@ struct LayerOptics {
   float thickness_mm = std::numeric_limits<float>::infinity();
 };
 
-// Two layers of index `ior` under air; the lower one may be infinite, or of thickness 0 (a single
-// slab). What lies below reflects nothing.
+// Two layers of index `ior` under air; the lower one may be infinite, and either of thickness 0 (a
+// single slab). What lies below reflects nothing.
 struct SlabOptics {
   LayerOptics upper, lower;
   float ior = 1.38f;

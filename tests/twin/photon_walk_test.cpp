@@ -28,6 +28,19 @@ TEST(PhotonWalk, SplitsVanDeHulstsSlabInTwoWithoutChangingIt) {
   EXPECT_NEAR(walk.transmitted, 0.66096, 4 * std::sqrt(0.24 / kPhotons));
 }
 
+TEST(PhotonWalk, UnderAnUpperLayerOfNoThicknessIsThatOfTheLowerOneAlone) {
+  const LayerOptics skin{.absorption_per_mm = 0.2f, .scattering_per_mm = 8, .g = 0.7f};
+  LayerOptics nothing = skin;
+  nothing.thickness_mm = 0;
+  const WalkResult alone = walk_photons({.upper = skin, .lower = {}}, kPhotons, 6);
+  const WalkResult below = walk_photons({.upper = nothing, .lower = skin}, kPhotons, 7);
+  EXPECT_EQ(below.reflected[size_t(Fate::kShallow)], 0.0);
+  EXPECT_NEAR(below.reflected[size_t(Fate::kSingle)], alone.reflected[size_t(Fate::kSingle)],
+              5 * std::sqrt(2 * alone.reflected[size_t(Fate::kSingle)] / kPhotons));
+  EXPECT_NEAR(below.diffuse_reflectance(), alone.diffuse_reflectance(),
+              5 * std::sqrt(0.5 / kPhotons));
+}
+
 TEST(PhotonWalk, ReproducesGiovanellisSemiInfiniteMedium) {
   const SlabOptics slab{
       .upper = {.absorption_per_mm = 1, .scattering_per_mm = 9, .g = 0}, .lower = {}, .ior = 1.5f};
