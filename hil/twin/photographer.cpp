@@ -8,10 +8,19 @@
 
 namespace lamella::twin {
 
+namespace {
+
+// Sessions of another skin than the usual say so in their subject.
+std::string described(const Photographer::Options& options) {
+  return options.skin == "layered" ? options.subject : options.subject + "-" + options.skin;
+}
+
+}  // namespace
+
 Photographer::Photographer(const Options& options)
-    : rig_(make_rig(options.subject, options.scale, options.noise)),
+    : rig_(make_rig(described(options), options.scale, options.noise)),
       subject_(make_subject(options.subject, options.seed)),
-      skins_(facial_skins(options.seed)),
+      skins_(facial_skins(options.seed, skin_kind(options.skin))),
       profiles_(walk_skins(skins_, options.photons, options.seed)),
       surface_(make_surface(subject_, options.spacing_mm)) {
   visibility_ = std::make_unique<LedVisibility>(surface_, rig_.stage.leds());

@@ -25,6 +25,7 @@ class Photographer {
  public:
   struct Options {
     std::string subject = "head";
+    std::string skin = "layered";
     uint64_t seed = 1;
     double scale = 1.0;
     double noise = 1.0;   // times the sensor's

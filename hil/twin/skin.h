@@ -17,16 +17,31 @@ inline constexpr float kIor = 1.38f;
 // Labels 1 to 6 of regions.png, in this order.
 extern const std::array<const char*, kRegionCount> kRegionNames;
 
+// What there is to find in a subject's skin, chosen by name.
+enum class SkinKind {
+  kLayered,   // an epidermis over a dermis
+  kOneLayer,  // the dermis alone: no shallow light, single scattering is the dermis's
+  kNoSingle,  // layered, but light that was scattered once does not keep its polarization
+  kDark,      // layered, with much melanin
+  kLight,     // layered, with hardly any melanin and little blood
+};
+
+// "layered", "one_layer", "no_single", "dark", "light". Throws Error that lists them for any other.
+SkinKind skin_kind(const std::string& name);
+
 struct Skin {
   std::array<float, 3> epidermis_absorption_per_mm, epidermis_reduced_scattering_per_mm;
   std::array<float, 3> dermis_absorption_per_mm, dermis_reduced_scattering_per_mm;
-  float epidermis_mm;
-  float roughness;  // m of the Beckmann distribution
-  float intensity;  // mean c of eq. 1
+  float epidermis_mm;  // 0: none
+  float roughness;     // m of the Beckmann distribution
+  float intensity;     // mean c of eq. 1
+  bool single_is_polarized = true;
+
+  bool has_epidermis() const { return epidermis_mm > 0.f; }
 };
 
 // Published ranges of facial skin, varied a little with the seed.
-std::array<Skin, kRegionCount> facial_skins(uint64_t seed);
+std::array<Skin, kRegionCount> facial_skins(uint64_t seed, SkinKind kind = SkinKind::kLayered);
 
 // Mean cosine of scattering per channel, both layers, every region.
 inline constexpr std::array<float, 3> kPhaseG{0.64f, 0.67f, 0.69f};
@@ -53,7 +68,8 @@ using SkinProfiles = std::array<std::array<Profile, 3>, kRegionCount>;
 // All eighteen walks, over all cores.
 SkinProfiles walk_skins(const std::array<Skin, kRegionCount>& skins, int photons, uint64_t seed);
 
-// Albedo of single scattering in the form of eq. 3 as printed: the epidermis's, over ior^2.
+// Albedo of single scattering in the form of eq. 3 as printed: of the layer on top, over ior^2. 0
+// where it does not keep its polarization.
 float single_albedo(const Skin& skin, int channel);
 
 }  // namespace lamella::twin

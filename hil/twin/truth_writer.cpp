@@ -1,5 +1,6 @@
 #include "twin/truth_writer.h"
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
@@ -33,6 +34,35 @@ json per_channel(const Figure& figure) {
   return json::array({figure(0), figure(1), figure(2)});
 }
 
+// Which layers there are, where one is missing; without this all four are there.
+json layers_truth(const Skin& skin) {
+  json why = json::object();
+  if (!skin.has_epidermis()) {
+    why["shallow"] =
+        "the skin is one layer, without an epidermis; what the stripes call shallow comes back "
+        "from the dermis, near where it entered";
+  }
+  if (!skin.single_is_polarized) {
+    why["single"] = "no light that is scattered once keeps its polarization";
+  }
+  return {{"specular", true},
+          {"single", skin.single_is_polarized},
+          {"shallow", skin.has_epidermis()},
+          {"deep", true},
+          {"why", why}};
+}
+
+// The epidermis as a medium of its own: reduced albedo and diffuse mean free path, which whoever
+// reads of a layer that is there asks for.
+void add_epidermis(const Skin& skin, json* shallow) {
+  for (size_t c = 0; c < 3; ++c) {
+    const double absorbed = double(skin.epidermis_absorption_per_mm[c]);
+    const double extinct = absorbed + double(skin.epidermis_reduced_scattering_per_mm[c]);
+    (*shallow)["alpha"].push_back(1 - absorbed / extinct);
+    (*shallow)["ld_mm"].push_back(1 / std::sqrt(3 * absorbed * extinct));
+  }
+}
+
 json region_json(const Photographer& photographer, size_t k, const RegionTruth& truth) {
   const Skin& skin = photographer.skins()[k];
   const auto& profiles = photographer.profiles()[k];
@@ -41,7 +71,7 @@ json region_json(const Photographer& photographer, size_t k, const RegionTruth& 
   region["specular"] = specular_truth(skin);
   region["deep"] = {{"ld_mm", per_channel([&](size_t c) { return truth.dipole[c].ld_mm; })},
                     {"alpha_dot", per_channel([&](size_t c) { return truth.dipole[c].alpha; })}};
-  region["shallow"] = {{"thickness_mm", skin.epidermis_mm}};
+  if (skin.has_epidermis()) region["shallow"] = {{"thickness_mm", skin.epidermis_mm}};
   region["single"] = {{"amplitude", per_channel([&](size_t c) {
                          const double g = kPhaseG[c];
                          return single_albedo(skin, int(c)) * (1 - g) / ((1 + g) * (1 + g));
@@ -50,10 +80,16 @@ json region_json(const Photographer& photographer, size_t k, const RegionTruth& 
                   {"Rshallow", per_channel([&](size_t c) { return profiles[c].shallow_total; })},
                   {"Rdeep", per_channel([&](size_t c) { return profiles[c].deep_total; })}};
   region["skin"] = {{"d", skin.epidermis_mm},
-                    {"epi_mua", skin.epidermis_absorption_per_mm},
-                    {"epi_musp", skin.epidermis_reduced_scattering_per_mm},
                     {"derm_mua", skin.dermis_absorption_per_mm},
                     {"derm_musp", skin.dermis_reduced_scattering_per_mm}};
+  if (skin.has_epidermis()) {
+    region["skin"]["epi_mua"] = skin.epidermis_absorption_per_mm;
+    region["skin"]["epi_musp"] = skin.epidermis_reduced_scattering_per_mm;
+  }
+  const bool complete = skin.has_epidermis() && skin.single_is_polarized;
+  if (complete) return region;
+  region["layers"] = layers_truth(skin);
+  if (skin.has_epidermis()) add_epidermis(skin, &region["shallow"]);
   return region;
 }
 

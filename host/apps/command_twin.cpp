@@ -130,6 +130,8 @@ void add_twin(const Command& app, int*) {
   const auto a = std::make_shared<TwinArguments>();
   const Command command = app.add_command("twin", "Photographs of a subject with known layers");
   command.add_option("--subject", a->subject.subject, "head or sphere").shows_default();
+  command.add_option("--skin", a->subject.skin, "layered, one_layer, no_single, dark or light")
+      .shows_default();
   command.add_option("--seed", a->subject.seed, "Of the face, its skin and the noise")
       .check(fault_of_whole_number)
       .shows_default();

@@ -228,6 +228,11 @@ TEST_F(Command, NeverLetsTheTwinReplaceAFolderThatIsNoSession) {
           {"letters", "not replaced"});
 }
 
+TEST_F(Command, ListsTheSkinsThatTheTwinKnowsToWhoeverAsksForAnother) {
+  refused({"twin", "--skin", "green", "--scale", "0.1", "--out", in("s")}, 2,
+          {"--skin: \"green\"; the twin knows layered, one_layer, no_single, dark and light"});
+}
+
 TEST_F(Command, NamesThePlaceOfWhatTheDiskDoesNotTakeAndLeavesNothing) {
   testing::write_fake_session(at("session"), cv::Size(96, 128));
   std::signal(SIGXFSZ, SIG_IGN);
