@@ -35,15 +35,21 @@ enum lam_status store_open(struct store* store, const char* folder, const uint8_
     snprintf(why, why_size, "--store %s: %s", folder, disk_explain(failed));
     return LAM_BAD_INPUT;
   }
+  char stranger[160];
+  if (!store_is_a_rigs(&store->disk, stranger)) {
+    snprintf(why, why_size, "--store %s: %s", folder, stranger);
+    disk_close(&store->disk);
+    return LAM_BAD_INPUT;
+  }
   store->calibration = calibration;
   store->calibration_size = calibration_size;
   failed = store_recover(store);
-  if (failed == 0) store->on_disk = true;
-  if (failed != 0) disk_close(&store->disk);
-  if (failed != 0) {
-    snprintf(why, why_size, "--store %s: recovery: %s", folder, disk_explain(failed));
-  }
-  return failed == 0 ? LAM_OK : LAM_HARDWARE;
+  store->on_disk = failed == 0;
+  if (failed == 0) return LAM_OK;
+  snprintf(why, why_size, "--store %s: recovery: %s: %s", folder, store->disk.failed,
+           disk_explain(failed));
+  disk_close(&store->disk);
+  return LAM_HARDWARE;
 }
 
 void store_close(struct store* store) {

@@ -21,6 +21,11 @@ static int watched(struct disk* disk, enum disk_action action, const char* path,
 
 static int result(int returned) { return returned == 0 ? 0 : errno; }
 
+static int noted(struct disk* disk, const char* path, int failed) {
+  if (failed != 0) snprintf(disk->failed, sizeof disk->failed, "%s", path);
+  return failed;
+}
+
 const char* disk_explain(int error) {
   if (error == EROFS) return "Read-only file system: mount it read-write (dmesg: why it is not)";
   if (error == EACCES || error == EPERM) {
@@ -28,6 +33,9 @@ const char* disk_explain(int error) {
   }
   if (error == ENOENT) return "no such folder: make one";
   if (error == EIO) return "Input/output error: the disk fails, another is needed";
+  if (error == EISDIR || error == ENOTEMPTY) {
+    return "Is a directory: lamella-rigd made none there: move it elsewhere";
+  }
   return strerror(error);
 }
 
@@ -47,7 +55,7 @@ void disk_close(struct disk* disk) {
 
 int disk_make_folder(struct disk* disk, const char* path) {
   const int refused = watched(disk, DISK_MAKE_FOLDER, path, NULL);
-  return refused != 0 ? refused : result(mkdirat(disk->root, path, 0755));
+  return noted(disk, path, refused != 0 ? refused : result(mkdirat(disk->root, path, 0755)));
 }
 
 static int write_all(struct disk* disk, int fd, const char* path, const uint8_t* bytes,
@@ -89,16 +97,17 @@ static int write_synced(struct disk* disk, const char* path, const uint8_t* byte
 int disk_write_whole(struct disk* disk, const char* path, const uint8_t* bytes, size_t size) {
   char beside[DISK_MAX_PATH + 4];
   snprintf(beside, sizeof beside, "%s.tmp", path);
-  const int failed = write_synced(disk, beside, bytes, size);
+  const int failed = noted(disk, path, write_synced(disk, beside, bytes, size));
   return failed != 0 ? failed : disk_rename(disk, beside, path);
 }
 
 int disk_rename(struct disk* disk, const char* path, const char* to) {
   const int refused = watched(disk, DISK_RENAME, path, to);
-  return refused != 0 ? refused : result(renameat(disk->root, path, disk->root, to));
+  const int failed = refused != 0 ? refused : result(renameat(disk->root, path, disk->root, to));
+  return noted(disk, path, failed);
 }
 
-int disk_sync_folder(struct disk* disk, const char* path) {
+static int sync_folder(struct disk* disk, const char* path) {
   const int refused = watched(disk, DISK_SYNC_FOLDER, path, NULL);
   if (refused != 0) return refused;
   const int fd = openat(disk->root, path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
@@ -108,19 +117,29 @@ int disk_sync_folder(struct disk* disk, const char* path) {
   return failed;
 }
 
+int disk_sync_folder(struct disk* disk, const char* path) {
+  return noted(disk, path, sync_folder(disk, path));
+}
+
 int disk_remove(struct disk* disk, const char* path) {
   const int refused = watched(disk, DISK_REMOVE, path, NULL);
-  return refused != 0 ? refused : result(unlinkat(disk->root, path, 0));
+  return noted(disk, path, refused != 0 ? refused : result(unlinkat(disk->root, path, 0)));
 }
 
 int disk_remove_folder(struct disk* disk, const char* path) {
   const int refused = watched(disk, DISK_REMOVE_FOLDER, path, NULL);
-  return refused != 0 ? refused : result(unlinkat(disk->root, path, AT_REMOVEDIR));
+  const int failed = refused != 0 ? refused : result(unlinkat(disk->root, path, AT_REMOVEDIR));
+  return noted(disk, path, failed);
 }
 
 bool disk_has(const struct disk* disk, const char* path) {
   struct stat found;
   return fstatat(disk->root, path, &found, AT_SYMLINK_NOFOLLOW) == 0;
+}
+
+bool disk_is_folder(const struct disk* disk, const char* path) {
+  struct stat found;
+  return fstatat(disk->root, path, &found, AT_SYMLINK_NOFOLLOW) == 0 && S_ISDIR(found.st_mode);
 }
 
 int64_t disk_size(const struct disk* disk, const char* path) {

@@ -34,6 +34,7 @@ struct disk {
   int root;                                                    // the folder; -1: none
   int (*before)(void* context, const struct disk_step* step);  // 0: go on; an errno: it fails so
   void* context;
+  char failed[DISK_MAX_PATH];  // of the last step that failed; "": none did
 };
 
 // What is wrong and, where that is not plain, what to do.
@@ -53,6 +54,7 @@ int disk_remove_folder(struct disk* disk, const char* path);
 
 // What can be read never changes the disk, and is not watched.
 bool disk_has(const struct disk* disk, const char* path);
+bool disk_is_folder(const struct disk* disk, const char* path);
 int64_t disk_size(const struct disk* disk, const char* path);   // -1: no such file
 int disk_open_file(const struct disk* disk, const char* path);  // a descriptor, or -1
 // At most `room` bytes from the start; -1 where it cannot be read.

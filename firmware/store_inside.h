@@ -21,6 +21,10 @@ uint8_t* writer_room(struct store* store, size_t* room);  // with the lock held
 // This id was given; for ever once the store's own folder is synced.
 int store_count_burst(struct disk* disk, uint64_t burst_id);
 
+// `rig sync` names a host's sessions as a store names its bursts: whether a rig wrote what the
+// folder holds, before anything in it is touched. Else `why` names what it did not.
+bool store_is_a_rigs(const struct disk* disk, char why[160]);
+
 // Completes or explains what the folder holds, and lists it.
 int store_recover(struct store* store);
 

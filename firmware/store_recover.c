@@ -142,14 +142,80 @@ struct folders {
   size_t gone_count;
 };
 
+// The number in a burst's name, and what is behind it; 0: nothing of ours.
+static uint64_t read_name(const char* name, const char** suffix) {
+  char* end = NULL;
+  char again[DISK_MAX_PATH];
+  if (strncmp(name, "burst-", 6) != 0 || name[6] < '0' || name[6] > '9') return 0;
+  const uint64_t id = strtoull(name + 6, &end, 10);
+  burst_folder_name(id, end, again);
+  *suffix = end;
+  return strcmp(again, name) == 0 ? id : 0;
+}
+
+struct stranger {
+  const struct disk* disk;
+  char name[DISK_MAX_PATH];  // "": none was met
+  bool is_session;
+};
+
+static bool has_file(const struct disk* disk, const char* folder, const char* file) {
+  char path[DISK_MAX_PATH];
+  snprintf(path, sizeof path, "%.36s/%.24s", folder, file);
+  return disk_has(disk, path);
+}
+
+struct content {
+  bool any, ours;
+};
+
+static bool know(void* context, const char* name) {
+  static const char* const kNames[] = {"begin", "calibration.json", "frame-", "timing", "end"};
+  struct content* content = context;
+  content->any = true;
+  for (size_t i = 0; i < sizeof kNames / sizeof kNames[0]; i++) {
+    content->ours = content->ours || strncmp(name, kNames[i], strlen(kNames[i])) == 0;
+  }
+  return !content->ours;
+}
+
+// A disk may have lost anything of a burst, but nothing else gets into its folder.
+static bool is_of_a_rig(const struct disk* disk, const char* folder) {
+  struct content content = {0};
+  disk_list(disk, folder, know, &content);
+  return content.ours || (!content.any && disk_is_folder(disk, folder));
+}
+
+static bool meet(void* context, const char* name) {
+  struct stranger* stranger = context;
+  const struct disk* disk = stranger->disk;
+  const char* suffix = "";
+  if (read_name(name, &suffix) == 0) return true;
+  stranger->is_session = has_file(disk, name, "session.json");
+  const bool is_whole = *suffix == '\0';
+  if (!stranger->is_session && (!is_whole || is_of_a_rig(disk, name))) return true;
+  snprintf(stranger->name, sizeof stranger->name, "%s", name);
+  return false;
+}
+
+bool store_is_a_rigs(const struct disk* disk, char why[160]) {
+  struct stranger stranger = {.disk = disk};
+  disk_list(disk, ".", meet, &stranger);
+  if (stranger.name[0] == '\0') return true;
+  snprintf(why, 160, "%.40s %s", stranger.name,
+           stranger.is_session
+               ? "is a host's session, not a burst that a rig keeps: give the store a folder of "
+                 "its own"
+               : "has nothing that a rig wrote: move it elsewhere, or give the store a folder of "
+                 "its own");
+  return false;
+}
+
 static bool note_folder(void* context, const char* name) {
   struct folders* folders = context;
-  if (strncmp(name, "burst-", 6) != 0 || name[6] < '0' || name[6] > '9') return true;
-  char* suffix = NULL;
-  const uint64_t id = strtoull(name + 6, &suffix, 10);
-  char again[DISK_MAX_PATH];
-  burst_folder_name(id, suffix, again);
-  if (id == 0 || strcmp(again, name) != 0) return true;  // nothing of ours
+  const char* suffix = "";
+  const uint64_t id = read_name(name, &suffix);
+  if (id == 0) return true;
   if (id > folders->newest) folders->newest = id;
   const bool whole = *suffix == '\0';
   if (strcmp(suffix, ".gone") == 0 && folders->gone_count < STORE_MAX_BURSTS) {

@@ -106,6 +106,10 @@ StoreFolder::StoreFolder(fs::path folder) : folder_(std::move(folder)) {
   }
   for (const fs::directory_entry& entry : fs::directory_iterator(folder_)) {
     const uint64_t id = id_of(entry.path().filename().string());
+    if (id != 0 && fs::exists(entry.path() / "session.json")) {
+      throw_bad_input(entry.path().string(), "is a session, not a burst that a rig keeps",
+                      "give the folder that lamella-rigd stores in");
+    }
     if (id != 0 && entry.is_directory()) read_burst(id, entry.path());
   }
   if (bursts_.empty() && !fs::exists(folder_ / "counter")) {

@@ -288,6 +288,49 @@ TEST(Store, WhatLiesInTheFolderAndIsNotItsOwnIsLeftAlone) {
   EXPECT_TRUE(fs::exists(folder.path() / "burst-000007.old"));
 }
 
+// `rig sync` names a host's sessions as a store names its bursts.
+TEST(Store, AFolderOfSessionsIsRefusedBeforeAnythingInItIsTouched) {
+  const std::vector<std::string> named = {"burst-000001", "burst-000001.partial",
+                                          "burst-000001.gone"};
+  for (const std::string& name : named) {
+    const TemporaryFolder folder;
+    fs::create_directories(folder.path() / "burst-000002.partial");
+    fs::create_directories(folder.path() / "burst-000003.gone");
+    fs::create_directories(folder.path() / name / "frames");
+    std::ofstream(folder.path() / name / "session.json") << "{}";
+    StoreBench bench(folder.path());
+    EXPECT_FALSE(bench.open()) << name;
+    EXPECT_EQ(bench.why, "--store " + folder.path().string() + ": " + name +
+                             " is a host's session, not a burst that a rig keeps: "
+                             "give the store a folder of its own");
+    EXPECT_TRUE(fs::exists(folder.path() / name / "session.json")) << name;
+    EXPECT_TRUE(fs::exists(folder.path() / "burst-000003.gone")) << "it was cleared";
+  }
+}
+
+TEST(Store, ABurstsFolderThatNoRigBeganIsRefusedByItsName) {
+  const TemporaryFolder folder;
+  fs::create_directories(folder.path() / "burst-000004" / "photographs");
+  StoreBench bench(folder.path());
+  EXPECT_FALSE(bench.open());
+  EXPECT_NE(bench.why.find(": burst-000004 has nothing that a rig wrote: move it elsewhere, or "
+                           "give the store a folder of its own"),
+            std::string::npos)
+      << bench.why;
+  EXPECT_TRUE(fs::exists(folder.path() / "burst-000004" / "photographs"));
+}
+
+TEST(Store, ARecoveryThatFailsNamesThePathAndWhatToDo) {
+  const TemporaryFolder folder;
+  fs::create_directories(folder.path() / "burst-000001.gone" / "notes");
+  StoreBench bench(folder.path());
+  EXPECT_FALSE(bench.open());
+  EXPECT_EQ(bench.why, "--store " + folder.path().string() +
+                           ": recovery: burst-000001.gone/notes: Is a directory: lamella-rigd "
+                           "made none there: move it elsewhere");
+  EXPECT_TRUE(fs::exists(folder.path() / "burst-000001.gone" / "notes"));
+}
+
 TEST(Store, PhotographsAreKeptByOneThreadWhileAnotherAsksAndGivesEarlierOnesAway) {
   const TemporaryFolder folder;
   Promises promises;

@@ -47,6 +47,16 @@ TEST(StoreFolder, ReadsAWholeBurstThatTheFirmwareWrote) {
   EXPECT_EQ(timing.latency().lead_us(), 1.5);
 }
 
+// `rig sync` names them as a store names its bursts.
+TEST(StoreFolder, AFolderOfSessionsIsNotTakenForARigs) {
+  const ScratchFolder sessions;
+  fs::create_directories(sessions.path() / "burst-000001" / "frames");
+  std::ofstream(sessions.path() / "burst-000001" / "session.json") << "{}";
+  const std::string says = testing::complaint([&] { StoreFolder folder(sessions.path()); });
+  EXPECT_TRUE(testing::names(says, {"burst-000001: is a session, not a burst that a rig keeps",
+                                    "give the folder that lamella-rigd stores in"}));
+}
+
 TEST(StoreFolder, ExplainsABurstThatEndedInAFault) {
   const ScratchFolder disk;
   stored_by_firmware(disk.path().c_str(), 5, kBytes, "a camera missed a trigger", 2);
