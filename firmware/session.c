@@ -179,6 +179,12 @@ static enum lam_status free_collector(struct session* session) {
   return LAM_OK;
 }
 
+static enum lam_status refuse_unfit(struct session* session) {
+  snprintf(session->refusal, sizeof session->refusal,
+           "self-test: %.110s; mend it, then: lamella rig selftest", session->unfit);
+  return LAM_HARDWARE;
+}
+
 enum lam_status session_request_steps(struct session* session, const struct burst_step steps[],
                                       size_t count, bool discard_held) {
   if (session->state != STATE(IDLE)) {
@@ -187,6 +193,7 @@ enum lam_status session_request_steps(struct session* session, const struct burs
                                                  : "a burst is under way");
   }
   if (session->occupied != NULL) return refuse(session, LAM_WRONG_STATE, session->occupied);
+  if (session->unfit[0] != '\0') return refuse_unfit(session);
   struct burst_plan plan;
   struct timeline timeline;
   enum lam_status status = compile(session, steps, count, &plan, &timeline);

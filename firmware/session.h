@@ -29,6 +29,7 @@ struct session {
   char fault[128];
   enum lam_part fault_part;
   const char* occupied;  // why no burst may begin now, for whoever asks; NULL: it may
+  char unfit[128];       // why no burst may begin before the rig is mended; "": it may
   char refusal[160];     // why the last request or abort was refused
   uint64_t burst_id;     // of the newest burst; the store gives it
   bool stands_crossed;
@@ -64,7 +65,8 @@ bool session_may_go(lamella_v1_RigState from, lamella_v1_RigState to);
 bool session_is_busy(const struct session* session);
 
 // Compiles the twenty steps and checks them; nothing moves yet. LAM_WRONG_STATE unless IDLE and
-// without photographs held (or told to discard them), LAM_UNSAFE where the plan breaks a rule.
+// without photographs held (or told to discard them), LAM_UNSAFE where the plan breaks a rule,
+// LAM_HARDWARE while the rig is unfit or its disk takes no burst.
 enum lam_status session_request_burst(struct session* session, bool discard_held);
 
 // The same for given steps, at most BURST_MAX_STEPS.

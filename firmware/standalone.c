@@ -53,14 +53,49 @@ void standalone_init(struct standalone* alone, struct session* session, struct s
   begin_test(alone, parts, true, false);
 }
 
+// What was read, and what to do.
+static void describe(const struct selftest_reading* r, char text[192]) {
+  char value[32] = "";
+  const bool is_number = !isnan(r->value) && strcmp(r->unit, "yes/no") != 0;
+  if (is_number) snprintf(value, sizeof value, " %.4g %s", r->value, r->unit);
+  snprintf(text, 192, "%s%s%s%.104s", r->what, value, r->note[0] != '\0' ? ": " : "", r->note);
+}
+
 static void report_test(const struct selftest* test) {
   for (size_t i = 0; i < test->count; i++) {
+    char text[192];
     const struct selftest_reading* r = &test->readings[i];
     if (r->verdict != SELFTEST_BAD) continue;
-    fprintf(stderr, "lamella-rigd: self-test: %s: %s", selftest_part_name(r->part), r->what);
-    const bool is_number = !isnan(r->value) && strcmp(r->unit, "yes/no") != 0;
-    if (is_number) fprintf(stderr, " %.4g %s", r->value, r->unit);
-    fprintf(stderr, "%s%s\n", r->note[0] != '\0' ? ": " : "", r->note);
+    describe(r, text);
+    fprintf(stderr, "lamella-rigd: self-test: %s: %s\n", selftest_part_name(r->part), text);
+  }
+}
+
+// Where the wire that darkens all lights was found bad nobody gets a burst, until a later test of
+// it finds it good.
+static void judge_darkness(struct standalone* alone) {
+  const struct selftest* test = alone->selftest;
+  if (!(test->parts >> SELFTEST_BLANK & 1)) return;
+  alone->session->unfit[0] = '\0';
+  for (size_t i = 0; i < test->count; i++) {
+    char text[192];
+    const struct selftest_reading* r = &test->readings[i];
+    if (r->part != SELFTEST_BLANK || r->verdict != SELFTEST_BAD) continue;
+    describe(r, text);
+    snprintf(alone->session->unfit, sizeof alone->session->unfit, "%.127s", text);
+    return;
+  }
+}
+
+// Where nothing is under way: ready, or at fault as the self-test left it.
+static void rest(struct standalone* alone) {
+  const struct selftest* test = alone->selftest;
+  if (!alone->test_failed) {
+    go(alone, STANDALONE_READY, PANEL_READY);
+  } else if (test->bad > 0) {
+    go(alone, STANDALONE_FAULT, fault_code(selftest_failed_part(test)));
+  } else {
+    go(alone, STANDALONE_FAULT, PANEL_FAULT_LED_CHAIN);  // unfit since an earlier test
   }
 }
 
@@ -69,13 +104,10 @@ static void test(struct standalone* alone) {
   if (selftest_work(selftest)) return;
   notify_testing(false);
   alone->session->stands_crossed = selftest->stands_crossed;
-  alone->test_failed = selftest->bad > 0;
+  judge_darkness(alone);
+  alone->test_failed = selftest->bad > 0 || alone->session->unfit[0] != '\0';
   report_test(selftest);
-  if (alone->test_failed) {
-    go(alone, STANDALONE_FAULT, fault_code(selftest_failed_part(selftest)));
-  } else {
-    go(alone, STANDALONE_READY, PANEL_READY);
-  }
+  rest(alone);
 }
 
 // What the inputs forbid before anything is asked of the rig.
@@ -93,7 +125,8 @@ static void watch(struct standalone* alone, const struct hal_senses* senses) {
 // Fault cleared, and the rig tested again before it says that it is ready.
 static void recover(struct standalone* alone) {
   if (alone->session->state == lamella_v1_RigState_FAULT) session_abort(alone->session);
-  begin_test(alone, alone->selftest->parts, true, false);
+  const bool unfit = alone->session->unfit[0] != '\0';
+  begin_test(alone, alone->selftest->parts | (unfit ? 1u << SELFTEST_BLANK : 0), true, false);
 }
 
 static void click(struct standalone* alone) {
@@ -115,10 +148,7 @@ static void on_event(struct standalone* alone, enum panel_event event) {
       alone->state != STANDALONE_TESTING) {
     go(alone, STANDALONE_PAIRING, PANEL_PAIRING);
   }
-  if (event == PANEL_RELEASED && alone->state == STANDALONE_PAIRING) {
-    go(alone, alone->test_failed ? STANDALONE_FAULT : STANDALONE_READY,
-       alone->test_failed ? fault_code(selftest_failed_part(alone->selftest)) : PANEL_READY);
-  }
+  if (event == PANEL_RELEASED && alone->state == STANDALONE_PAIRING) rest(alone);
 }
 
 // A session that is idle and refuses for its state has no room: photographs are held. The only

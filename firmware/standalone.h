@@ -3,8 +3,8 @@
 //
 // Who has the rig: whoever asked first, until that burst is over. A host that is merely connected
 // does not have it. During countdown and self-test a host's burst is refused, during a host's
-// burst the button is. A rig that failed its self-test refuses the button; a host, which is told of
-// the failure, may still ask for a burst.
+// burst the button is. A rig that failed its self-test refuses the button; a host may still ask for
+// a burst, but not where the wire that darkens all lights was found bad (session.unfit).
 //
 //   TESTING --good--> READY --click--> COUNTDOWN --over--> (session) --> VERDICT --> READY
 //   TESTING --bad--> FAULT --click--> TESTING      READY --held--> PAIRING --let go--> READY

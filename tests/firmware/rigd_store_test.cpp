@@ -111,6 +111,16 @@ TEST_F(RigdStore, ADiskThatDoesNotTakeABurstIsAFaultOfTheRigWithItsReasonAndNotF
                "a burst cannot be begun on the rig's disk: no such folder: make one");
 }
 
+TEST_F(RigdStore, AHostsBurstIsRefusedWhereLightsWouldNotGoOffByThemselves) {
+  start({"--inject", "dead-monostable"});
+  const lamella_v1_Refusal refusal =
+      host->ask(request_of(lamella_v1_Request_burst_tag)).body.refusal;
+  EXPECT_EQ(refusal.code, lamella_v1_Refusal_Code_RIG_FAULT);
+  EXPECT_NE(std::string(refusal.reason).find("it stays lit when the heart stops"),
+            std::string::npos)
+      << refusal.reason;
+}
+
 TEST_F(RigdStore, WhatWasTakenAgainIsMarkedOnDiskTooAndOutlivesTheDaemon) {
   start({"--inject", "late-blank:60:3"});
   const uint64_t burst = run_burst();

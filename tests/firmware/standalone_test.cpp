@@ -203,6 +203,44 @@ TEST(Standalone, EachFaultOfTheSelfTestHasItsCodeAndRefusesTheButton) {
   }
 }
 
+TEST(Standalone, ABurstIsRefusedToAHostTooWhereLightsWouldNotGoOffByThemselves) {
+  Bench bench({"dead-monostable"});
+  const char* why = nullptr;
+  const char* says =
+      "self-test: dark after the last heartbeat: it stays lit when the heart stops: the "
+      "monostable, its gate, their wires; mend it, then: lamella rig selftest";
+  bench.run_until(STANDALONE_FAULT);
+  EXPECT_EQ(session_request_burst(&bench.session, false), LAM_HARDWARE);
+  EXPECT_STREQ(bench.session.refusal, says);
+  // A later test of something else that is good changes nothing, for the button neither.
+  ASSERT_EQ(standalone_request_selftest(&bench.alone, 1u << SELFTEST_CHAIN, false, &why), LAM_OK);
+  bench.run_until(STANDALONE_FAULT);
+  EXPECT_EQ(bench.selftest.bad, 0u);
+  EXPECT_EQ(bench.alone.panel.code, PANEL_FAULT_LED_CHAIN);
+  EXPECT_EQ(session_request_burst(&bench.session, false), LAM_HARDWARE);
+  bench.sim.faults.dead_monostable = false;
+  ASSERT_EQ(standalone_request_selftest(&bench.alone, 1u << SELFTEST_BLANK, false, &why), LAM_OK);
+  bench.run_until(STANDALONE_READY);
+  EXPECT_EQ(session_request_burst(&bench.session, false), LAM_OK) << bench.session.refusal;
+}
+
+TEST(Standalone, ABadReadingOnWhichNoDarknessHangsDoesNotRefuseAHost) {
+  Bench bench({"missing-chip:3"});
+  bench.run_until(STANDALONE_FAULT);
+  EXPECT_EQ(session_request_burst(&bench.session, false), LAM_OK) << bench.session.refusal;
+}
+
+TEST(Standalone, AProjectorWhoseFlipsDoNotHappenIsToldWithWhatToDo) {
+  Bench bench({"frozen-projector"});
+  const struct hal_pattern pattern = {};
+  double at_us = 0;
+  ASSERT_EQ(bench.sim.hal.commit_pattern(&bench.sim, pattern, &at_us), LAM_OK);
+  EXPECT_EQ(bench.sim.hal.commit_pattern(&bench.sim, pattern, &at_us), LAM_HARDWARE);
+  EXPECT_STREQ(bench.sim.hal.error,
+               "a flip was committed before the last one happened: is the projector on and plugged "
+               "in?");
+}
+
 TEST(Standalone, AnEmergencyStopWhileReadyIsShownAndRecoveredFrom) {
   Bench bench;
   bench.run_until(STANDALONE_READY);
