@@ -259,6 +259,24 @@ class TheGuide(unittest.TestCase):
         steps = (BOARD / "README.md").read_text().split("## Bringing it up", 1)[1]
         self.assertEqual(set(re.findall(r"--only (\w+)", steps)), known)
 
+    def test_begins_with_rig_files_that_name_no_device_that_is_not_plugged_yet(self):
+        steps = (BOARD / "README.md").read_text().split("## Bringing it up", 1)[1]
+        keys = (BOARD.parent / "rig_linux_keys.def").read_text()
+        optional = set(re.findall(r"^(?:TEXT|LINE)\((\w+), false\)", keys, re.M))
+        command = re.search(r"^    sed -i -E '([^']+)' \S+$", steps, re.M)[1]
+        for board in BOARDS:
+            was = (BOARD / f"{board}.rig").read_text()
+            now = subprocess.run(["sed", "-E", command], input=was, text=True, check=True,
+                                 capture_output=True).stdout
+            named = r"^linux\.(\w+)"
+            gone = set(re.findall(named, was, re.M)) - set(re.findall(named, now, re.M))
+            self.assertEqual(gone, {"temperature_file", "display_device", "display_connector",
+                                    "camera_left", "camera_right", "camera_trigger"}, board)
+            self.assertLessEqual(gone, optional)
+            for key in gone:  # at its step again
+                told = "camera_" if key.startswith("camera_") else key
+                self.assertRegex(steps, rf"\. \*\*.*\*\* With .*`linux\.{told}`", key)
+
     def test_gives_the_first_calibration_cameras_as_large_as_the_rig_files_that_see_as_much(self):
         made = {name: (float(was), float(now)) for name, was, now in re.findall(
             r's/"(\w+)": ([\d.]+)(?:\.\*)?,/"\w+": ([\d.]+),/', (BOARD / "README.md").read_text())}
