@@ -6,8 +6,8 @@
 #define LARGEST 1e9    // of any number: its square is a finite float
 #define SIDE_PX 32768  // of an image that a host reads
 #define ANY -LARGEST, LARGEST, "a number of at most 1e9"
-#define POSITIVE DBL_MIN, LARGEST, "a positive number"
-#define NOT_NEGATIVE 0, LARGEST, "a number that is not negative"
+#define POSITIVE DBL_MIN, LARGEST, "a positive number of at most 1e9"
+#define NOT_NEGATIVE 0, LARGEST, "a number that is not negative and at most 1e9"
 #define SIZE 1, SIDE_PX, "1 to 32768 pixels"
 #define COUNT_OF(fields) (sizeof(fields) / sizeof(fields)[0])
 

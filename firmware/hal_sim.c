@@ -149,7 +149,7 @@ static enum lam_status shift_leds(void* self, const uint8_t stream[CHAIN_BYTES],
   struct hal_sim* sim = self;
   uint8_t wire[CHAIN_BYTES];
   if (sim->playing && sim->shift_count++ == sim->faults.broken_shift) {
-    return fail(sim, "the LED chain's bus did not take a frame");
+    return fail(sim, "the LED chain's bus did not take a frame: look at its plug and wires");
   }
   memcpy(wire, stream, CHAIN_BYTES);
   const int bit = sim->faults.flipped_bit;
@@ -165,7 +165,12 @@ static enum lam_status shift_leds(void* self, const uint8_t stream[CHAIN_BYTES],
 static enum lam_status commit_pattern(void* self, struct hal_pattern pattern, double* at_us) {
   struct hal_sim* sim = self;
   *at_us = now_us(sim);
-  if (sim->flip_pending) return fail(sim, "a flip was committed before the last one happened");
+  if (sim->flip_pending) {
+    return fail(
+        sim,
+        "a flip was committed before the last one happened: is the projector on and plugged "
+        "in?");
+  }
   sim->flip_pending = true;
   if (sim->faults.frozen_projector) return LAM_OK;
   const double vblank_us = next_vblank_us(sim, *at_us);

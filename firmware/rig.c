@@ -28,6 +28,24 @@ static void take(void* context, const struct rig_pair* pair) {
   rig_key_take(parser->rig, &parser->given, pair, parser->errors);
 }
 
+static bool is_camera(const char* key, const char* device, char why[160]) {
+  static const char* const kSources[] = {"v4l2:", "libcamera:"};  // hal_linux_camera.c
+  for (size_t i = 0; i < sizeof kSources / sizeof kSources[0]; i++) {
+    const size_t length = strlen(kSources[i]);
+    if (strncmp(device, kSources[i], length) == 0 && device[length] != '\0') return true;
+  }
+  snprintf(why, 160, "'%s' is '%.60s': it must be v4l2:DEVICE or libcamera:ID", key, device);
+  return false;
+}
+
+static bool are_two_cameras(const struct rig_linux* board, char why[160]) {
+  if (!is_camera("linux.camera_left", board->camera_left, why)) return false;
+  if (!is_camera("linux.camera_right", board->camera_right, why)) return false;
+  if (strcmp(board->camera_left, board->camera_right) != 0) return true;
+  snprintf(why, 160, "'linux.camera_right' is the device that 'linux.camera_left' has");
+  return false;
+}
+
 // What the keys of a board's cameras say of each other and of the planner's.
 static bool cameras_fit_together(const struct rig* rig, char why[160]) {
   const struct rig_camera* sensor = &rig->sensor;
@@ -39,13 +57,17 @@ static bool cameras_fit_together(const struct rig* rig, char why[160]) {
   const double shortest_us = rig->leds_light_us + 2 * rig->camera_guard_us;
   if (rig->board.camera_right[0] == '\0' || rig->board.camera_left[0] == '\0') {
     snprintf(why, 160, "of 'linux.camera_left' and 'linux.camera_right' one is missing");
+  } else if (!are_two_cameras(&rig->board, why)) {
+    return false;
   } else if (rig->board.camera_trigger[0] == '\0') {
     snprintf(why, 160, "missing key 'linux.camera_trigger'; 'fixed' where nothing is to be set");
   } else if (rig->camera_frame_bytes != (double)bytes) {
     snprintf(why, 160, "'camera.frame_bytes' must be %zu, which width_px x height_px take", bytes);
   } else if (sensor->edge_triggered && rig_projector_light_us(rig) < shortest_us) {
-    snprintf(why, 160, "an edge-triggered exposure is the projector's, %.0f us; LEDs need %.0f us",
-             rig_projector_light_us(rig), shortest_us);
+    snprintf(
+        why, 160,
+        "'camera.trigger = edge': it exposes as long as the projector, %.0f us; LEDs need %.0f us",
+        rig_projector_light_us(rig), shortest_us);
   }
   return why[0] == '\0' && rig_sensor_fits(rig, why);
 }
@@ -76,7 +98,7 @@ enum lam_status rig_parse(const char* text, size_t length, struct rig* rig,
     rig_complain(errors, rig_key_line(&parser.given, "leds.light_us"), "%s", why);
   }
   if (!cameras_fit_together(rig, why) || !pattern_can_be_drawn(rig, why)) {
-    rig_complain(errors, 0, "%s", why);
+    rig_complain(errors, rig_text_line_blamed(text, length, why), "%s", why);
   }
   return errors->count == 0 ? LAM_OK : LAM_BAD_INPUT;
 }

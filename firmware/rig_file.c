@@ -51,7 +51,8 @@ enum lam_status rig_read(const char* path, struct rig* rig) {
   if (errors.count == 0) rig_parse(text, size, rig, &errors);
   const bool named = rig->leds_file[0] != '\0';
   if (named && !find_leds(path, rig, leds)) {
-    rig_complain(&errors, 0, "'leds.file' is a file beside this one, without a folder");
+    const char* why = "'leds.file' is a file beside this one, without a folder";
+    rig_complain(&errors, rig_text_line_blamed(text, size, why), "%s", why);
   } else if (named) {
     read_leds(leds, rig, &errors);
   }

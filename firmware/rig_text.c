@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { kMaxLineBytes = 160 };
+enum { kMaxLineBytes = 160, kToldBytes = 90 };
 
 void rig_complain(struct rig_errors* errors, int line, const char* format, ...) {
   if (errors->count < RIG_MAX_ERRORS) {
@@ -36,7 +36,8 @@ static bool split(char* line, struct rig_errors* errors, struct rig_pair* pair) 
   if (*key == '\0') return false;
   char* equals = strchr(key, '=');
   if (equals == NULL) {
-    rig_complain(errors, pair->line, "'%.40s' is not 'key = value'", key);
+    rig_complain(errors, pair->line, "'%.*s%s' is not 'key = value'", kToldBytes, key,
+                 strlen(key) > kToldBytes ? "..." : "");
     return false;
   }
   *equals = '\0';
@@ -105,4 +106,29 @@ bool rig_text_each_pair(const char* text, size_t length, struct rig_errors* erro
     if (split(line, errors, &pair)) take(context, &pair);
   }
   return true;
+}
+
+struct search {
+  const char* key;
+  size_t key_chars;
+  int line;
+};
+
+static void compare_key(void* context, const struct rig_pair* pair) {
+  struct search* search = context;
+  const bool same = strlen(pair->key) == search->key_chars &&
+                    memcmp(pair->key, search->key, search->key_chars) == 0;
+  if (same && search->line == 0) search->line = pair->line;
+}
+
+int rig_text_line_blamed(const char* text, size_t length, const char* complaint) {
+  static struct rig_errors known;  // told when the text was first read
+  struct search search = {0};
+  const char* quote = strchr(complaint, '\'');
+  for (; quote != NULL && search.line == 0; quote = strchr(quote + 1, '\'')) {
+    search.key = quote + 1;
+    search.key_chars = strspn(search.key, "abcdefghijklmnopqrstuvwxyz0123456789_.");
+    rig_text_each_pair(text, length, &known, compare_key, &search);
+  }
+  return search.line;
 }

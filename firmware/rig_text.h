@@ -44,4 +44,8 @@ const char* rig_text_number(const char* text, double* number);
 bool rig_text_each_pair(const char* text, size_t length, struct rig_errors* errors,
                         void (*take)(void* context, const struct rig_pair* pair), void* context);
 
+// A complaint quotes the keys that it is of, as 'camera.format' or 'camera.format = Y10P'. The line
+// of the first of them that the text gives; 0 where it gives none.
+int rig_text_line_blamed(const char* text, size_t length, const char* complaint);
+
 #endif

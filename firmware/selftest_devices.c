@@ -66,7 +66,10 @@ bool selftest_disk(struct selftest* test) {
   const double session_bytes = 40 * test->rig->camera_frame_bytes;
   struct selftest_reading* room = selftest_read(test, "free space", free_bytes * 1e-6, "MB");
   selftest_limit(test, room, kLeastFreeSessions * session_bytes * 1e-6, INFINITY);
-  if (room->verdict == SELFTEST_BAD) note(room, "sync sessions to a host to make room");
+  if (room->verdict == SELFTEST_BAD) {
+    note(room, store_bursts_held(test->store) > 0 ? "sync sessions to a host to make room"
+                                                  : "no burst takes that room: make some on it");
+  }
   struct selftest_reading* rate = selftest_read(test, "write rate", bytes_per_s * 1e-6, "MB/s");
   selftest_limit(test, rate, test->rig->store_disk_bytes_per_s * 1e-6, INFINITY);
   if (rate->verdict == SELFTEST_BAD) note(rate, "slower than store.disk_bytes_per_s counts on");

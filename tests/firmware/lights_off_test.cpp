@@ -137,7 +137,7 @@ TEST(LightsOff, WhereTheLedChainTakesNoFrame) {
     stage.play_until([&] { return stage.sim.shift_count == frame; });
     while (stage.sim.shift_count == frame) stage.turn();
     EXPECT_LE(stage.dark_after_us(stage.now_us()), kLimitUs);
-    stage.expect_fault(LAM_PART_LED_CHAIN, "did not take a frame");
+    stage.expect_fault(LAM_PART_LED_CHAIN, "did not take a frame: look at its plug and wires");
     EXPECT_EQ(stage.sim.light.pulse_count, size_t(frame)) << "no pulse with the last frame's codes";
   }
 }

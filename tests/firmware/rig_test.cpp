@@ -132,6 +132,10 @@ TEST(RigFile, NumberThatIsNotDecimalIsRefused) {
 
 TEST(RigFile, LineThatIsNoPairIsRefused) {
   expect_error("camera.readout_us", "camera.readout_us 6000", "is not 'key = value'");
+  const std::string wide = "light.projector_blue_w_per_m2_sr    : 24";
+  expect_error("camera.readout_us", wide + "000", "'" + wide + "000' is not 'key = value'");
+  expect_error("camera.readout_us", std::string(150, 'x'),
+               "'" + std::string(90, 'x') + "...' is not 'key = value'");
 }
 
 TEST(RigFile, KeyGivenTwiceIsRefused) {

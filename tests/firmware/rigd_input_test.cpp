@@ -278,7 +278,7 @@ TEST_F(RigdInput, LedsAreLookedForBesideTheRigFileAlone) {
   std::ofstream(rig) << "leds.file = none.leds\n";
   expect_failure({"--rig", rig}, 2, (folder / "none.leds").string() + ": cannot be read");
   std::ofstream(rig) << "leds.file = ../none.leds\n";
-  expect_failure({"--rig", rig}, 2, "'leds.file' is a file beside this one");
+  expect_failure({"--rig", rig}, 2, rig + ":1: 'leds.file' is a file beside this one");
 }
 
 TEST_F(RigdInput, MissingTwinIsExitCodeThree) {

@@ -299,6 +299,11 @@ TEST(Selftest, TheDiskIsMeasuredAgainstTheBudget) {
   EXPECT_EQ(bench.run(only(SELFTEST_DISK)).bad, 1u);
   EXPECT_EQ(selftest_failed_part(&bench.test), LAM_PART_DISK);
   disk = {60e6, 200e6};
+  bench.run(only(SELFTEST_DISK));
+  EXPECT_NE(bench.text().find("no burst takes that room: make some on it"), std::string::npos)
+      << bench.text();
+  bench.photographs.on_disk = true;
+  bench.photographs.burst_count = 1;
   EXPECT_EQ(bench.run(only(SELFTEST_DISK)).bad, 1u);
   EXPECT_NE(bench.text().find("sync sessions"), std::string::npos);
 }

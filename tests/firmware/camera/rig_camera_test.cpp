@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -37,8 +38,12 @@ linux.spin_us = 200
 )";
 const double kFrameBytes = 1456 * 1088 / 2 * 3;
 
+struct Answer {
+  std::string says, blamed;  // the first complaint, and the line that it is of; "" where none is
+};
+
 // What the whole rig file says to these cameras: "" where it is right.
-std::string answer(const Pairs& pairs, double frame_bytes = kFrameBytes) {
+Answer answer_with_line(const Pairs& pairs, double frame_bytes = kFrameBytes) {
   const std::string text = rig_file_text();
   std::string kept = kBoard;
   for (size_t at = 0, end; at < text.size(); at = end + 1) {
@@ -53,7 +58,15 @@ std::string answer(const Pairs& pairs, double frame_bytes = kFrameBytes) {
   for (const auto& [key, value] : pairs) kept += key + " = " + value + "\n";
   struct rig rig;
   struct rig_errors errors;
-  return rig_parse(kept.data(), kept.size(), &rig, &errors) == LAM_OK ? "" : errors.list[0].text;
+  if (rig_parse(kept.data(), kept.size(), &rig, &errors) == LAM_OK) return {};
+  std::istringstream lines(kept);
+  std::string blamed;
+  for (int i = 0; i < errors.list[0].line; i++) std::getline(lines, blamed);
+  return {errors.list[0].text, blamed};
+}
+
+std::string answer(const Pairs& pairs, double frame_bytes = kFrameBytes) {
+  return answer_with_line(pairs, frame_bytes).says;
 }
 
 Pairs with(const std::string& key, const std::string& value, Pairs pairs = kCameras) {
@@ -176,4 +189,39 @@ TEST(RigCamera, AHookOfNoKindIsToldBeforeAnyCameraIsOpened) {
               std::string::npos)
         << told;
   }
+}
+
+TEST(RigCamera, ADeviceThatTheDaemonCouldNotOpenIsRefusedByTheFile) {
+  for (const char* key : {"linux.camera_left", "linux.camera_right"}) {
+    for (const char* device : {"/dev/video7", "v4l2:", "libcamera:", "usb:1"}) {
+      const Answer answer = answer_with_line(with(key, device), kFrameBytes);
+      EXPECT_EQ(answer.says, std::string("'") + key + "' is '" + device +
+                                 "': it must be v4l2:DEVICE or libcamera:ID");
+      EXPECT_EQ(answer.blamed, std::string(key) + " = " + device);
+    }
+  }
+}
+
+TEST(RigCamera, BothCamerasOnOneDeviceAreRefused) {
+  const Answer answer =
+      answer_with_line(with("linux.camera_right", "v4l2:/dev/video0"), kFrameBytes);
+  EXPECT_EQ(answer.says, "'linux.camera_right' is the device that 'linux.camera_left' has");
+  EXPECT_EQ(answer.blamed, "linux.camera_right = v4l2:/dev/video0");
+}
+
+TEST(RigCamera, WhatDoesNotFitTogetherIsToldWithTheLineOfTheKeyAtFault) {
+  const std::vector<std::pair<Pairs, std::string>> wrong = {
+      {with("linux.camera_trigger", "bogus"), "linux.camera_trigger = bogus"},
+      {with("camera.trigger", "edge", imx296()), "camera.trigger = edge"},
+      {with("linux.camera_trigger", "fixed", imx296()), "linux.camera_trigger = fixed"},
+      {with("camera.format", "SRGGB12", imx296()), "camera.format = SRGGB12"},
+      {with("camera.full_scale_dn", "100"), "camera.full_scale_dn = 100"},
+      {without("linux.camera_right"), "linux.camera_left = v4l2:/dev/video0"},
+      {without("camera.stamp"), "linux.camera_left = v4l2:/dev/video0"}};
+  for (const auto& [pairs, blamed] : wrong) {
+    const Answer answer = answer_with_line(pairs, kFrameBytes);
+    EXPECT_NE(answer.says, "") << blamed;
+    EXPECT_EQ(answer.blamed, blamed) << answer.says;
+  }
+  EXPECT_EQ(answer_with_line(kCameras, 100).blamed, "camera.frame_bytes = 100");
 }
