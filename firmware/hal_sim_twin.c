@@ -3,17 +3,18 @@
 #include <errno.h>
 #include <pb_decode.h>
 #include <pb_encode.h>
+#include <poll.h>
+#include <signal.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/socket.h>
-#include <sys/time.h>
 #include <sys/un.h>
 #include <unistd.h>
 
 #include "crc32c.h"
 #include "wire.h"
 
-static const time_t kPhotographTimeoutS = 120;
+enum { kPhotographTimeoutMs = 120000, kLookMs = 100 };
 
 int sim_twin_connect(const char* path, char* error, size_t error_size) {
   struct sockaddr_un address = {.sun_family = AF_UNIX};
@@ -29,8 +30,6 @@ int sim_twin_connect(const char* path, char* error, size_t error_size) {
     if (fd >= 0) close(fd);
     return -1;
   }
-  const struct timeval timeout = {.tv_sec = kPhotographTimeoutS};
-  setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof timeout);
   return fd;
 }
 
@@ -51,9 +50,28 @@ static bool send_all(int socket, const uint8_t* bytes, size_t count) {
   return true;
 }
 
+// The daemon holds signals back until it has time for them (main.c).
+static bool is_to_stop(void) {
+  sigset_t held;
+  return sigpending(&held) == 0 &&
+         (sigismember(&held, SIGTERM) == 1 || sigismember(&held, SIGINT) == 1 ||
+          sigismember(&held, SIGHUP) == 1);
+}
+
 // A signal or a twin silent for too long ends the wait: the daemon must stay stoppable.
+static bool await_bytes(int socket) {
+  struct pollfd wait = {.fd = socket, .events = POLLIN};
+  for (int waited_ms = 0; waited_ms < kPhotographTimeoutMs; waited_ms += kLookMs) {
+    const int ready = poll(&wait, 1, kLookMs);
+    if (ready != 0) return ready > 0;
+    if (is_to_stop()) return false;
+  }
+  return false;
+}
+
 static bool receive_all(int socket, uint8_t* bytes, size_t count) {
   while (count > 0) {
+    if (!await_bytes(socket)) return false;
     const ssize_t received = recv(socket, bytes, count, 0);
     if (received <= 0) return false;
     bytes += received;

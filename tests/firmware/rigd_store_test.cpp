@@ -121,6 +121,18 @@ TEST_F(RigdStore, AHostsBurstIsRefusedWhereLightsWouldNotGoOffByThemselves) {
       << refusal.reason;
 }
 
+// A twin answers one rig at a time: this one waits for photographs of its self-test.
+TEST_F(RigdStore, ADaemonThatWaitsForATwinThatAnotherHasEndsWithTheSignal) {
+  const std::string calibration = folder.path() / "calibration.json", other = folder.path() / "b";
+  std::filesystem::create_directory(other);
+  RigProcess second({"--hal", "sim", "--rig", LAMELLA_BOARD_DIR "/sim.rig", "--twin", twin.path(),
+                     "--calibration", calibration, "--listen", "127.0.0.1:0", "--store", other,
+                     "--standalone"});
+  usleep(500'000);
+  second.signal(SIGTERM);
+  EXPECT_EQ(second.exit_code(), 0) << "it still waited";
+}
+
 TEST_F(RigdStore, WhatWasTakenAgainIsMarkedOnDiskTooAndOutlivesTheDaemon) {
   start({"--inject", "late-blank:60:3"});
   const uint64_t burst = run_burst();
