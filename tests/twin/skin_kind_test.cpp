@@ -83,8 +83,8 @@ TEST(OneLayerSkin, ScattersOnceAsItsDermisDoes) {
   const Skin skin = facial_skins(1, SkinKind::kOneLayer)[0];
   const LayerOptics dermis = slab_of(skin, 2).lower;
   EXPECT_FLOAT_EQ(single_albedo(skin, 2),
-                  dermis.scattering_per_mm /
-                      (dermis.scattering_per_mm + dermis.absorption_per_mm) / (kIor * kIor));
+                  dermis.scattering_per_mm / (dermis.scattering_per_mm + dermis.absorption_per_mm) /
+                      (kIor * kIor));
 }
 
 TEST(OneLayerSkin, HasATruthWithoutAShallowLayer) {
@@ -170,9 +170,7 @@ Albedos albedos_of(const std::string& skin) {
   return {sum.deep / count, sum.shallow / count};
 }
 
-TEST(DarkSkin, HasADeepAlbedoOfATwentieth) {
-  EXPECT_NEAR(albedos_of("dark").deep, 0.05, 0.007);
-}
+TEST(DarkSkin, HasADeepAlbedoOfATwentieth) { EXPECT_NEAR(albedos_of("dark").deep, 0.05, 0.007); }
 
 TEST(LightSkin, ReflectsHalfOfTheLight) {
   const Albedos light = albedos_of("light");
