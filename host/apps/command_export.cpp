@@ -5,14 +5,13 @@
 #include <optional>
 
 #include "apps/commands.h"
+#include "apps/output_place.h"
 #include "apps/process_interrupt.h"
-#include "apps/process_killed.h"
 #include "apps/report.h"
 #include "export/export.h"
 #include "export/for_view.h"
 #include "io/fit_folder.h"
 #include "io/session.h"
-#include "io/whole_file.h"
 
 namespace lamella::apps {
 
@@ -65,10 +64,9 @@ void print_choice(const Arguments& a, const exporting::ViewChoice& choice,
 }
 
 void run(const Arguments& a) {
-  require_file_place(a.out);
-  abandon_outputs_on_interrupt();
-  clear_half_written_beside(a.out);
   const fs::path folder = a.fit.empty() ? a.session / "fit" : a.fit;
+  abandon_outputs_on_interrupt();
+  prepare_output(a.out, {a.session, folder, a.scene});
   const FitFolder fit = read_fit_folder(folder);
   const std::string subject =
       printable(fs::absolute(a.session).lexically_normal().filename().string());

@@ -4,11 +4,10 @@
 #include <memory>
 
 #include "apps/commands.h"
+#include "apps/output_place.h"
 #include "apps/process_interrupt.h"
-#include "apps/process_killed.h"
 #include "apps/report.h"
 #include "base/progress.h"
-#include "io/whole_file.h"
 #include "render/render.h"
 
 namespace lamella::apps {
@@ -23,9 +22,8 @@ struct RenderArguments {
 void run_render(const RenderArguments& arguments) {
   const fs::path fit = arguments.fit.empty() ? arguments.session / "fit" : arguments.fit;
   const Stopwatch watch;
-  require_file_place(arguments.out);
   abandon_outputs_on_interrupt();
-  clear_half_written_beside(arguments.out);
+  prepare_output(arguments.out, {arguments.session, fit, arguments.view});
   const render::Subject subject = render::load_subject(arguments.session, fit);
   const View view = read_view(arguments.view, subject.stage.leds().size());
   const Image3 image = render::render_view(subject, view);

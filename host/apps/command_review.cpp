@@ -5,11 +5,10 @@
 #include <memory>
 
 #include "apps/commands.h"
-#include "apps/process_killed.h"
+#include "apps/output_place.h"
 #include "base/error.h"
 #include "io/fit_folder.h"
 #include "io/session.h"
-#include "io/whole_file.h"
 #include "review/display.h"
 #include "review/review.h"
 
@@ -35,13 +34,10 @@ cv::Size parsed_size(const std::string& text) {
 }
 
 void run(const Arguments& a) {
-  if (!a.screenshot.empty()) {
-    require_file_place(a.screenshot);
-    clear_half_written_beside(a.screenshot);
-  }
   review::ReviewRequest request;
   request.session = a.session;
   request.fit = a.fit.empty() ? a.session / "fit" : a.fit;
+  if (!a.screenshot.empty()) prepare_output(a.screenshot, {request.session, request.fit, {}});
   request.subject = read_session(a.session).subject;
   request.size = parsed_size(a.size);
   request.gains = review::gains_named(a.layers);

@@ -133,7 +133,13 @@ int run_plan(const PlanArguments& args) {
     require_file_place(out);
     clear_half_written_beside(out);
   }
-  if (!args.svg.empty() && args.svg.lexically_normal() == args.vcd.lexically_normal()) {
+  const fs::path rig_file = find_rig_file(args.rig_file);
+  for (const fs::path& out : {args.svg, args.vcd}) {
+    if (is_same_file(out, rig_file)) {
+      throw_bad_input(out.string(), "is the rig file itself", "name another file");
+    }
+  }
+  if (is_same_file(args.svg, args.vcd)) {
     throw_bad_input(args.vcd.string(), "is the chart and the edges at once", "name two files");
   }
   const v1::Plan plan = plan_of_rig_file(args.rig_file);

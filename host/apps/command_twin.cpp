@@ -99,7 +99,10 @@ void run_twin(const TwinArguments& a) {
   std::optional<WholeFolder> session, truth;
   begin_folder(a.out, "session.json", &session);
   begin_folder(a.truth_out, "layers.json", &truth);
-  if (!a.calibration_out.empty()) clear_half_written_beside(a.calibration_out);
+  if (!a.calibration_out.empty()) {
+    require_file_place(a.calibration_out);
+    clear_half_written_beside(a.calibration_out);
+  }
   const twin::Photographer photographer(subject_of(a));
   twin::Studio studio(photographer, a.subject.seed);
   if (!a.calibration_out.empty()) write_calibration(a.calibration_out, photographer.rig());

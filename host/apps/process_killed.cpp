@@ -18,7 +18,8 @@ void clear_half_written_in(const fs::path& folder) {
 }
 
 void clear_half_written_beside(const fs::path& place) {
-  clear_half_written_in((place.has_filename() ? place : place.parent_path()).parent_path());
+  const fs::path named = place.has_filename() ? place : place.parent_path();
+  clear_half_written_in(file_behind(named).parent_path());
 }
 
 }  // namespace lamella::apps

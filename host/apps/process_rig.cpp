@@ -25,16 +25,6 @@ fs::path board_folder() {
   return fs::exists(installed) ? installed : fs::path(LAMELLA_BOARD_DIR);
 }
 
-// A bare name is that of a rig file that ships, unless there is such a file here.
-std::string find_rig_file(const fs::path& name) {
-  if (fs::exists(name)) return name.string();
-  const fs::path shipped = board_folder() / (name.string() + ".rig");
-  const bool is_bare = !name.has_parent_path() && !name.has_extension();
-  if (is_bare && fs::exists(shipped)) return shipped.string();
-  throw_bad_input("--rig-file", "\"" + name.string() + "\": no such file",
-                  "rigs that ship: " + shipped_rigs());
-}
-
 std::string firmware_binary() { return (own_binary().parent_path() / "lamella-rigd").string(); }
 
 [[noreturn]] void throw_bad_rig_file(const ChildProcess& firmware, const std::string& rig_file) {
@@ -54,6 +44,15 @@ std::string await_ready(ChildProcess* child, const Awaited& awaited) {
 }
 
 }  // namespace
+
+std::string find_rig_file(const fs::path& name) {
+  if (fs::exists(name)) return name.string();
+  const fs::path shipped = board_folder() / (name.string() + ".rig");
+  const bool is_bare = !name.has_parent_path() && !name.has_extension();
+  if (is_bare && fs::exists(shipped)) return shipped.string();
+  throw_bad_input("--rig-file", "\"" + name.string() + "\": no such file",
+                  "rigs that ship: " + shipped_rigs());
+}
 
 std::string shipped_rigs() {
   std::vector<std::string> names;

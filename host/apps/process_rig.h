@@ -27,6 +27,10 @@ struct SimulatedRigOptions {
 // The names that a rig file may be given by: "pi4, pi5, ...".
 std::string shipped_rigs();
 
+// The rig file that `name` stands for: that of a bare name ships, unless there is such a file here.
+// Throws Error (kBadInput) where there is none.
+std::string find_rig_file(const fs::path& name);
+
 // Throws Error (kBadInput) that names the option where the twin or the firmware would refuse it, so
 // that nobody waits for the twin to hear of a mistyped name.
 void require_simulated_rig(const SimulatedRigOptions& options);

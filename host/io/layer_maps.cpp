@@ -103,6 +103,15 @@ void require_one_size(const fs::path& folder, const LayerMaps& maps) {
 
 }  // namespace
 
+std::vector<fs::path> files_of_layers(const fs::path& folder) {
+  std::vector<fs::path> files{folder / "layers.json", folder / "regions.png"};
+  for (const Map3& m : kMaps3) files.push_back(folder / (std::string(m.name) + ".exr"));
+  for (const char* name : {"normal_diffuse.exr", "specular_intensity.exr", "confidence.exr"}) {
+    files.push_back(folder / name);
+  }
+  return files;
+}
+
 LayerMaps read_layer_maps(const fs::path& folder) {
   if (!fs::is_directory(folder)) throw_bad_input(folder.string(), "no such folder");
   LayerMaps maps;

@@ -29,6 +29,9 @@ struct LayerMaps {
 // `regions.png` must be there. Throws Error.
 LayerMaps read_layer_maps(const fs::path& folder);
 
+// Every file that may be read of such a folder, be it there or not.
+std::vector<fs::path> files_of_layers(const fs::path& folder);
+
 // Writes all maps that are not empty, in parallel, and regions.png. Channel names as documented.
 void write_layer_maps(const fs::path& folder, const LayerMaps& maps);
 

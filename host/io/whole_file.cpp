@@ -171,6 +171,10 @@ std::string with_other_name(std::string message, const std::string& name,
 
 // What failed about `temporary`, which nobody knows of.
 std::string reason(const std::exception& e, const fs::path& temporary, const fs::path& path) {
+  if (const auto* of_call = dynamic_cast<const std::system_error*>(&e);
+      of_call && of_call->code().category() == std::generic_category()) {
+    return of_call->code().message();
+  }
   const auto* of_system = dynamic_cast<const fs::filesystem_error*>(&e);
   if (of_system) return of_system->code().message();
   return with_other_name(e.what(), temporary.string(), path.string());
@@ -189,13 +193,42 @@ void require_replaceable(const fs::path& place, const std::string& marker) {
                   "choose another place");
 }
 
+// A process's own links, as /dev/stdout leads to one: what is open there, whatever they say.
+bool is_open_file(const fs::path& link) {
+  std::error_code failed;
+  const fs::path folder = fs::canonical(link.parent_path(), failed);
+  return !failed && folder.string().starts_with("/proc/");
+}
+
+// The first path behind `path` that is no link, or that is one of a process's own.
+fs::path end_of_links(fs::path path) {
+  constexpr int kMostLinks = 40;  // as the kernel has it
+  std::error_code failed;
+  for (int i = 0; i < kMostLinks && fs::is_symlink(fs::symlink_status(path, failed)); ++i) {
+    if (is_open_file(path)) break;
+    path = path.parent_path() / fs::read_symlink(path);
+  }
+  return path;
+}
+
 }  // namespace
+
+fs::path file_behind(const fs::path& path) { return end_of_links(path); }
+
+bool is_same_file(const fs::path& a, const fs::path& b) {
+  if (a.empty() || b.empty()) return false;
+  std::error_code failed;
+  if (fs::equivalent(a, b, failed)) return true;
+  const fs::path place_a = fs::weakly_canonical(fs::absolute(file_behind(a)), failed);
+  return !failed && place_a == fs::weakly_canonical(fs::absolute(file_behind(b)), failed);
+}
 
 void require_file_place(const fs::path& path) {
   if (!path.has_filename()) throw_bad_input("\"" + path.string() + "\"", "is no name of a file");
   if (fs::is_directory(path)) throw_bad_input(path.string(), "is a folder", "give a file");
   // A device, a pipe or a socket would be replaced by a file of that name.
-  if (fs::exists(path) && !fs::is_regular_file(path)) {
+  const bool is_regular = !fs::exists(path) || fs::is_regular_file(path);
+  if (!is_regular || fs::is_symlink(file_behind(path))) {
     throw_bad_input(path.string(), "is no file", "give the name of a file");
   }
 }
@@ -226,13 +259,14 @@ void abandon_outputs() {
 
 void write_whole_file(const fs::path& path, const std::function<void(const fs::path&)>& write) {
   require_file_place(path);
-  const fs::path folder = beside(path, kUnderWay), temporary = folder / path.filename();
+  const fs::path place = file_behind(path);
+  const fs::path folder = beside(place, kUnderWay), temporary = folder / path.filename();
   int lock = -1;
   try {
     lock = begin_output(folder);
     write(temporary);
     const std::lock_guard held(outputs_lock());
-    fs::rename(temporary, path);
+    fs::rename(temporary, place);
     std::error_code ignored;
     fs::remove_all(folder, ignored);
     forget_output(folder);
@@ -248,10 +282,9 @@ void write_whole_file(const fs::path& path, const std::function<void(const fs::p
 void write_whole_text(const fs::path& path, const std::string& text) {
   write_whole_file(path, [&](const fs::path& temporary) {
     std::ofstream out(temporary, std::ios::binary);
+    if (out) out.write(text.data(), std::streamsize(text.size()));
+    if (out) out.close();
     if (!out) throw std::system_error(errno, std::generic_category());
-    out.exceptions(std::ios::failbit | std::ios::badbit);
-    out.write(text.data(), std::streamsize(text.size()));
-    out.close();
   });
 }
 

@@ -9,7 +9,8 @@ namespace lamella {
 
 namespace fs = std::filesystem;
 
-// Calls `write(temporary)` and renames the result to `path`. On any exception the temporary is
+// Calls `write(temporary)` and renames the result to `path`, or, where that is a link, to the file
+// that it leads to, which need not be there yet. On any exception the temporary is
 // removed and the exception goes on, as an Error that names `path`. It has the name of `path`, in a
 // folder beside it that says as a WholeFolder's does whether it is still being filled.
 void write_whole_file(const fs::path& path, const std::function<void(const fs::path&)>& write);
@@ -52,9 +53,16 @@ class WholeFolder {
   bool committed_ = false;
 };
 
-// Throws Error where no file can be put at `path`: it has no name, or is a folder. For commands
-// that work long before they write.
+// Throws Error where no file can be put at `path`: it has no name, or is a folder, a device or a
+// pipe, or a link to one or to what a process has open. For commands that work long before they
+// write.
 void require_file_place(const fs::path& path);
+
+// Where a file that is named `path` lies: the end of its links.
+fs::path file_behind(const fs::path& path);
+
+// Whether both name one file, by whatever links and spellings, be it there or not.
+bool is_same_file(const fs::path& a, const fs::path& b);
 
 // Throws Error where no folder can be at `path`: something else is there, or a link to nothing.
 void require_folder_place(const fs::path& path);

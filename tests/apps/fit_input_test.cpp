@@ -90,6 +90,26 @@ TEST_F(FittedSession, IsNotRenderedOntoAFolder) {
   EXPECT_NE(outcome.err.find("is a folder"), std::string::npos) << outcome.err;
 }
 
+TEST_F(FittedSession, IsNotRenderedExportedOrShownOverWhatIsRead) {
+  std::vector<std::vector<std::string>> all = commands();
+  all[1].insert(all[1].end() - 2, {"--for", at("view.json")});
+  fs::create_symlink(session() / "fit" / "layers.json", at("link"));
+  for (std::vector<std::string>& command : all) {
+    SCOPED_TRACE(command[0]);
+    std::vector<fs::path> read{session() / "session.json", at("link")};
+    if (command[0] != "review") read.push_back(at("view.json"));
+    for (const fs::path& file : read) {
+      const std::string before = read_text(file);
+      command.back() = file;
+      const Outcome outcome = run_lamella(command);
+      EXPECT_EQ(outcome.exit_code, 2);
+      EXPECT_NE(outcome.err.find(file.string() + ": is read by this command"), std::string::npos)
+          << outcome.err;
+      EXPECT_EQ(read_text(file), before);
+    }
+  }
+}
+
 TEST_F(FittedSession, IsRenderedWhereTheSessionNamesNoRegions) {
   v1::Session manifest;
   read_json(session() / "session.json", &manifest);

@@ -120,12 +120,34 @@ TEST(RigPlan, NamesFileLineAndKeyOfAWrongRigFile) {
       << outcome.err;
 }
 
+TEST(RigPlan, WritesNoOutputOverTheRigFileThatItPlansWhateverItIsCalled) {
+  const testing::ScratchFolder folder;
+  const fs::path mine = folder.path() / "mine.rig", link = folder.path() / "link.rig";
+  fs::copy_file(fs::path(LAMELLA_BOARD_DIR) / "dome150.leds", folder.path() / "dome150.leds");
+  fs::copy_file(fs::path(LAMELLA_BOARD_DIR) / "sim.rig", mine);
+  fs::create_symlink("mine.rig", link);
+  const std::string text = read_text(mine);
+  for (const fs::path& out : {mine, folder.path() / "." / "mine.rig", link}) {
+    for (const char* option : {"--svg", "--vcd"}) {
+      const Outcome outcome = run_lamella({"rig", "plan", "--rig-file", mine, option, out});
+      EXPECT_EQ(outcome.exit_code, 2);
+      EXPECT_NE(outcome.err.find(out.string() + ": is the rig file"), std::string::npos)
+          << outcome.err;
+      EXPECT_EQ(read_text(mine), text);
+    }
+  }
+}
+
 TEST(RigPlan, WritesNoTwoOutputsIntoOneFile) {
   const testing::ScratchFolder folder;
   const std::string file = folder.path() / "same";
   const Outcome outcome = run_lamella({"rig", "plan", "--svg", file, "--vcd", file});
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_NE(outcome.err.find("name two files"), std::string::npos) << outcome.err;
+  EXPECT_FALSE(fs::exists(file));
+  fs::create_symlink("same", folder.path() / "link");
+  const std::string link = folder.path() / "link";
+  EXPECT_EQ(run_lamella({"rig", "plan", "--svg", file, "--vcd", link}).exit_code, 2);
   EXPECT_FALSE(fs::exists(file));
 }
 

@@ -1,5 +1,7 @@
 #include "io/whole_file.h"
 
+#include <fcntl.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -35,6 +37,58 @@ TEST(WholeFile, DoesNotTakeThePlaceOfAPipe) {
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
   EXPECT_THROW(write_whole_text(pipe, "text"), Error);
   EXPECT_TRUE(fs::is_fifo(pipe));
+}
+
+TEST(WholeFile, IsWrittenWhereALinkLeadsAndTheLinkStays) {
+  const ScratchFolder scratch;
+  fs::create_directory(scratch.path() / "disk");
+  write_whole_text(scratch.path() / "disk" / "old.txt", "old");
+  fs::create_symlink("disk/old.txt", scratch.path() / "there.txt");
+  fs::create_symlink("there.txt", scratch.path() / "twice.txt");
+  fs::create_symlink(scratch.path() / "disk" / "new.txt", scratch.path() / "not_yet.txt");
+  for (const char* name : {"twice.txt", "not_yet.txt"}) {
+    write_whole_text(scratch.path() / name, "text");
+    EXPECT_TRUE(fs::is_symlink(scratch.path() / name)) << name;
+    EXPECT_EQ(read_text(scratch.path() / name), "text");
+  }
+  EXPECT_TRUE(fs::is_symlink(scratch.path() / "there.txt"));
+  EXPECT_EQ(scratch.contents(), (Names{"disk", "disk/new.txt", "disk/old.txt", "not_yet.txt",
+                                       "there.txt", "twice.txt"}));
+}
+
+TEST(WholeFile, DoesNotTakeThePlaceOfALinkToWhatIsNoFile) {
+  const ScratchFolder scratch;
+  const fs::path pipe = scratch.path() / "pipe", link = scratch.path() / "link";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  std::ofstream opened(scratch.path() / "opened");
+  const int fd = ::open((scratch.path() / "opened").c_str(), O_WRONLY);
+  const std::string number = std::to_string(fd);
+  for (const fs::path& leads_to : {pipe, fs::path("/dev/null"), fs::path("/proc/self/fd/" + number),
+                                   fs::path("/dev/fd/" + number)}) {
+    fs::remove(link);
+    fs::create_symlink(leads_to, link);
+    EXPECT_TRUE(names(complaint([&] { write_whole_text(link, "text"); }),
+                      {link.string() + ": is no file"}));
+    EXPECT_EQ(fs::read_symlink(link), leads_to);
+  }
+  ::close(fd);
+  EXPECT_EQ(read_text(scratch.path() / "opened"), "");
+}
+
+TEST(WholeFile, OfADiskThatIsFullSaysThatItIsFull) {
+  const ScratchFolder scratch;
+  std::signal(SIGXFSZ, SIG_IGN);
+  rlimit before;
+  getrlimit(RLIMIT_FSIZE, &before);
+  const rlimit small{4096, before.rlim_max};
+  for (const size_t bytes : {5000, 1 << 20}) {  // fails as it is closed, or as it is written
+    setrlimit(RLIMIT_FSIZE, &small);
+    const std::string line =
+        complaint([&] { write_whole_text(scratch.path() / "y.svg", std::string(bytes, 'x')); });
+    setrlimit(RLIMIT_FSIZE, &before);
+    EXPECT_TRUE(names(line, {"y.svg: cannot be written (File too large)"}));
+  }
+  std::signal(SIGXFSZ, SIG_DFL);
 }
 
 TEST(WholeFile, LikeAWholeFolderMayBeGivenByABareName) {

@@ -1,0 +1,17 @@
+// Where a command that reads a fitted session may write: never over what it reads.
+#pragma once
+
+#include "io/whole_file.h"
+
+namespace lamella::apps {
+
+struct FittedInput {
+  fs::path session, fit;
+  fs::path view;  // empty: none is read
+};
+
+// Throws Error where no file can be put at `out`, or one of `input` is there. Also removes what
+// killed runs left beside it.
+void prepare_output(const fs::path& out, const FittedInput& input);
+
+}  // namespace lamella::apps
