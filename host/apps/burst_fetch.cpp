@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "base/error.h"
 #include "base/progress.h"
@@ -47,13 +48,28 @@ bool holds_burst(const fs::path& folder, const v1::HeldBurst& held,
   return true;
 }
 
+// The session of this burst that a capture put into `out` under a name of its own.
+std::optional<fs::path> captured_in(const fs::path& out, const v1::HeldBurst& held,
+                                    const std::vector<v1::FrameOffer>& offers) {
+  std::error_code failed;
+  for (const auto& entry : fs::directory_iterator(out, failed)) {
+    const bool is_under_way = entry.path().filename().string().starts_with(".");
+    try {
+      if (!is_under_way && holds_burst(entry.path(), held, offers)) return entry.path();
+    } catch (const Error&) {  // somebody else's file of that name
+    }
+  }
+  return {};
+}
+
 fs::path place_for(const fs::path& out, const v1::HeldBurst& held,
                    const std::vector<v1::FrameOffer>& offers) {
   const std::string suffix = held.whole() ? "" : ".partial";
   for (int n = 1;; ++n) {
     const std::string other = n == 1 ? "" : fmt::format("-{}", n);
     const fs::path folder = out / fmt::format("burst-{:06}{}{}", held.burst_id(), other, suffix);
-    if (!fs::exists(folder) || holds_burst(folder, held, offers)) return folder;
+    if (!fs::exists(folder)) return captured_in(out, held, offers).value_or(folder);
+    if (holds_burst(folder, held, offers)) return folder;
   }
 }
 
@@ -63,7 +79,7 @@ void receive_into(WholeFolder* folder, BurstSource* source, const Burst& burst,
   Progress progress(title.c_str(), int(burst.frame_count));
   const Reception reception =
       receive_session(source, burst, *folder, [&](int n) { progress.advance(n); });
-  write_whole_text(folder->path() / kNote, note_of(*source, fetched->held, reception.offers));
+  write_burst_note(folder->path(), *source, fetched->held, reception.offers);
   fetched->offers = reception.offers;
   fetched->marked = burst.marked || !reception.marked.empty();
   fetched->unfit = reception.unfit;
@@ -86,6 +102,11 @@ void receive_at(const fs::path& out, BurstSource* source, const Burst& burst,
 }
 
 }  // namespace
+
+void write_burst_note(const fs::path& session, const BurstSource& source, const v1::HeldBurst& held,
+                      const std::vector<v1::FrameOffer>& offers) {
+  write_whole_text(session / kNote, note_of(source, held, offers));
+}
 
 FetchedBurst fetch_burst(BurstSource* source, const v1::HeldBurst& held, const fs::path& out) {
   FetchedBurst fetched;

@@ -20,6 +20,10 @@ struct FetchedBurst {
   std::vector<v1::FrameOffer> offers;
 };
 
+// Says in the folder of a session which burst it is of, so that a later fetch finds it there.
+void write_burst_note(const fs::path& session, const BurstSource& source, const v1::HeldBurst& held,
+                      const std::vector<v1::FrameOffer>& offers);
+
 // The burst in OUT/burst-000012, or OUT/burst-000012.partial with what is whole of it, and on the
 // disk when this returns. A folder that holds another burst of that number (of another rig) is left
 // alone: the new one gets a name with -2, -3 and so on.

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "apps/burst_fetch.h"
 #include "apps/commands.h"
 #include "apps/process_killed.h"
 #include "apps/process_rig.h"
@@ -53,7 +54,8 @@ Summary summarise(const Burst& burst, const Reception& reception) {
     last_us = std::max(last_us, edge.actual_us());
   }
   s.actual_s = (last_us - first_us) * 1e-6;
-  s.largest_edge_error_us = largest_edge_error_us(reception.timing);
+  // Of every edge, as the rig counts those that were late and names the first in its verdict.
+  s.largest_edge_error_us = largest_edge_error_us(reception.timing, Replaced::kToo);
   s.megabytes = double(reception.raw_bytes) * 1e-6;
   s.megabytes_per_s = s.megabytes / std::max(reception.transfer_s, 1e-9);
   return s;
@@ -151,6 +153,34 @@ void while_rig_holds_burst(const std::string& rig, const Work& work) {
   }
 }
 
+// For a rig sync that comes after a capture whose link broke before the rig had let go of it all.
+void note_burst(LinkClient* rig, const Burst& burst, const Reception& reception,
+                const fs::path& session) {
+  for (const v1::HeldBurst& held : rig->held()) {
+    if (held.burst_id() == burst.id) write_burst_note(session, *rig, held, reception.offers);
+  }
+}
+
+// The session is in its place, whatever becomes of the link.
+void let_rig_forget(LinkClient* rig, const Options& options, const Reception& reception) {
+  size_t forgotten = 0;
+  const size_t all = reception.offers.size();
+  try {
+    for (; forgotten < all; ++forgotten) rig->acknowledge(reception.offers[forgotten]);
+  } catch (const Error& e) {
+    const std::string what = interrupted() ? rig->name() + ": interrupted" : e.what();
+    const std::string whole = "the session is whole in " + options.out.string();
+    if (options.rig == "sim") throw Error(e.fault(), "", what, whole);
+    const fs::path folder = fs::absolute(options.out / "").parent_path().parent_path();
+    const bool is_relative = options.out.is_relative();
+    throw Error(e.fault(), "", what,
+                whole + fmt::format("; the rig may still hold {} of its {} photographs: once it is "
+                                    "back, lamella rig sync --rig {} --out {} lets it forget them",
+                                    all - forgotten, all, options.rig,
+                                    (is_relative ? fs::proximate(folder) : folder).string()));
+  }
+}
+
 // Everything between a rig that answers and a session in its place.
 int capture_from(const std::string& address, const Options& options, WholeFolder* folder) {
   LinkClient rig(address, link_options(options));
@@ -164,18 +194,21 @@ int capture_from(const std::string& address, const Options& options, WholeFolder
     Progress progress("photographs", int(burst.frame_count));
     reception = receive_session(&rig, burst, *folder, [&](int n) { progress.advance(n); });
     add_regions_of_truth(folder->path(), &reception.manifest);
+    if (options.rig != "sim") note_burst(&rig, burst, reception, folder->path());
     folder->commit();
     sync_to_disk(options.out);
   });
   for (const std::string& warning : reception.warnings) {
     fmt::print(stderr, "lamella: warning: {}\n", one_line(warning));
   }
-  acknowledge_all(&rig, reception);
-  if (options.json) {
-    print_report(options, burst, reception);
-  } else {
-    print_table(options, burst, reception);
+  const auto report = options.json ? print_report : print_table;
+  try {
+    let_rig_forget(&rig, options, reception);
+  } catch (const Error&) {
+    report(options, burst, reception);
+    throw;
   }
+  report(options, burst, reception);
   return burst.shortfall.empty() && reception.marked.empty() ? 0 : 1;
 }
 

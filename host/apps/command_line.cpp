@@ -92,7 +92,8 @@ void require_commands(const CLI::App& root, std::span<const std::string> words) 
   std::string path = root.get_name();
   for (; !commands_of(*app).empty(); words = words.subspan(1)) {
     const std::string see = "see " + path + " --help";
-    if (words.empty()) throw_bad_input(path, "needs a command", see);
+    const std::string whose = app == &root ? "" : path;  // every line begins with the root's name
+    if (words.empty()) throw_bad_input(whose, "needs a command", see);
     const std::string& word = words[0];
     if (app->get_option_no_throw(word)) return;  // its --help or --version
     if (word.starts_with("-")) refuse_early_option(*app, path, words);

@@ -107,8 +107,14 @@ int judge(const FetchedBurst& fetched) {
 // Only a burst that is on this disk, or has nothing more to give, leaves the rig.
 void forget_on_rig(LinkClient* rig, const FetchedBurst& fetched) {
   if (!fetched.failed.empty()) return;
-  for (const v1::FrameOffer& offer : fetched.offers) rig->acknowledge(offer);
-  if (fetched.offers.empty()) rig->release(fetched.held.burst_id());
+  try {
+    for (const v1::FrameOffer& offer : fetched.offers) rig->acknowledge(offer);
+    if (fetched.offers.empty()) rig->release(fetched.held.burst_id());
+  } catch (const Error& e) {
+    if (interrupted()) throw;
+    throw Error(e.fault(), "", e.what(),
+                "what was fetched is here: sync again once the rig is back");
+  }
 }
 
 void complain(const FetchedBurst& fetched) {

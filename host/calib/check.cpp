@@ -305,7 +305,7 @@ void check_timing(const Session& s, std::vector<CheckLine>* lines) {
         std::count_if(timing.edges().begin(), timing.edges().end(), [](const v1::TimedEdge& e) {
           return !e.replaced() && std::abs(e.actual_us() - e.planned_us()) > e.tolerance_us();
         });
-    const double largest_us = largest_edge_error_us(timing);
+    const double largest_us = largest_edge_error_us(timing, Replaced::kNot);
     lines->push_back({late > 0 ? Grade::kPoor : Grade::kGood, "timing",
                       fmt::format("{} edges, largest error {:.1f} us, {} beyond tolerance",
                                   timing.edges_size(), largest_us, late),

@@ -257,14 +257,10 @@ Reception receive_session(BurstSource* rig, const Burst& burst, const WholeFolde
   return reception;
 }
 
-void acknowledge_all(LinkClient* rig, const Reception& reception) {
-  for (const v1::FrameOffer& offer : reception.offers) rig->acknowledge(offer);
-}
-
-double largest_edge_error_us(const v1::TimingEdges& timing) {
+double largest_edge_error_us(const v1::TimingEdges& timing, Replaced replaced) {
   double largest = 0;
   for (const v1::TimedEdge& edge : timing.edges()) {
-    if (edge.replaced()) continue;
+    if (edge.replaced() && replaced == Replaced::kNot) continue;
     largest = std::max(largest, std::abs(edge.actual_us() - edge.planned_us()));
   }
   return largest;

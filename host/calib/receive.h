@@ -33,12 +33,10 @@ struct Reception {
 Reception receive_session(BurstSource* rig, const Burst& burst, const WholeFolder& folder,
                           const std::function<void(int)>& progress);
 
-// The rig may forget all of them. Only after the session is in its place.
-void acknowledge_all(LinkClient* rig, const Reception& reception);
+enum class Replaced { kToo, kNot };  // edges of photographs that were taken again
 
-// Largest |actual - planned| over all edges but those of photographs that were replaced, us; 0
-// where there are none.
-double largest_edge_error_us(const v1::TimingEdges& timing);
+// Largest |actual - planned| over these edges, us; 0 where there are none.
+double largest_edge_error_us(const v1::TimingEdges& timing, Replaced replaced);
 
 // frames/left/07_stripes_2_cross.exr; one that was replaced: frames/retaken/left/..._shot_7.exr
 std::string frame_file(const v1::Frame& frame);

@@ -47,9 +47,13 @@ void LinkClient::fail_to_connect(const std::string& broken) const {
     fail(broken, "start its lamella-rigd with --state, or undo the pairing: " + pair + " --forget");
   }
   const bool nobody = !reached_;
+  const std::string running =
+      options_.tls ? "is lamella-rigd running there, and paired with this host? " + pair
+                   : "is lamella-rigd running there?";
+  const std::string starting =
+      "; a rig that starts first tests itself for some seconds: try again then";
   fail((nobody ? "no rig answers (" : "something answers, but not as a rig (") + broken + ")",
-       options_.tls ? "is lamella-rigd running there, and paired with this host? " + pair
-                    : "is lamella-rigd running there?");
+       running + (nobody ? "" : starting));
 }
 
 Break LinkClient::connect() {

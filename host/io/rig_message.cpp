@@ -32,15 +32,20 @@ void require_rotation(const Mat33d& r, const std::string& where) {
   }
 }
 
-double positive(bool given, double value, const std::string& where) {
-  if (!given) throw_bad_input(where, "missing");
-  if (!(value > 0 && value <= kLargest)) throw_bad_input(where, "must be a positive number");
+double at_most_largest(double value, const std::string& where) {
+  if (value > kLargest) throw_bad_input(where, "must be at most 1e9");
   return value;
 }
 
+double positive(bool given, double value, const std::string& where) {
+  if (!given) throw_bad_input(where, "missing");
+  if (!(value > 0)) throw_bad_input(where, "must be a positive number");
+  return at_most_largest(value, where);
+}
+
 double not_negative(double value, const std::string& where) {
-  if (!(value >= 0 && value <= kLargest)) throw_bad_input(where, "must not be negative");
-  return value;
+  if (!(value >= 0)) throw_bad_input(where, "must not be negative");
+  return at_most_largest(value, where);
 }
 
 Vec3 vec3_from(const Values& values, const std::string& where) {

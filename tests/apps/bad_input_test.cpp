@@ -97,6 +97,8 @@ std::vector<Spoilt> spoilt_manifests() {
   return {
       manifest_case("MissingRole", [](json* m) { (*m)["frames"].erase(17); },
                     {"frames", "STRIPES 1"}),
+      manifest_case("FocalLengthAboveTheLimit", [](json* m) { camera(m, 0)["fx"] = 1e10; },
+                    {"cameras[0].fx", "must be at most 1e9"}),
       manifest_case("DuplicateRole", [](json* m) { frame(m, 17)["index"] = 0; },
                     {"frames[17].role"}),
       manifest_case("WrongType", [](json* m) { frame(m, 3)["exposure_us"] = "long"; },

@@ -29,7 +29,7 @@ TEST(CommandLine, NamesAWordThatIsNoCommandAndTheCommandThatIsMeant) {
                  "\"stauts\" is no command of \"lamella rig\"; lamella rig status is one; "
                  "see lamella rig --help");
   expect_refusal({"rig", ""}, "\"\" is no command of \"lamella rig\"; see lamella rig --help");
-  expect_refusal({}, "lamella: needs a command; see lamella --help");
+  expect_refusal({}, "needs a command; see lamella --help");
   expect_refusal({"rig"}, "lamella rig: needs a command; see lamella rig --help");
 }
 

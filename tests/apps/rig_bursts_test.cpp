@@ -314,6 +314,63 @@ TEST_F(RigBursts, WhatAKilledRunLeftIsRemovedByTheNextAndWhatItHadFetchedIsNot) 
   EXPECT_EQ(sync(rig).err, "");
 }
 
+TEST_F(RigBursts, ACaptureThatIsCutOffAsTheRigForgetsSaysThatItsSessionIsWholeAndWhatIsLeftToDo) {
+  FakeRigFaults faults;
+  faults.dies_after_acks = 10;
+  FakeRig rig(faults);
+  load_burst(&rig, testing::kFakeSize);
+  const fs::path session = out / "mine";
+  const Outcome outcome =
+      run_lamella({"capture", "--rig", rig.address(), "--out", session.string(), "--json"});
+  EXPECT_EQ(outcome.exit_code, 3);
+  EXPECT_EQ(outcome.complaints().size(), 1u) << outcome.err;
+  EXPECT_EQ(outcome.err.find("try again"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("the session is whole in " + session.string() +
+                             "; the rig may still hold 30 of its 40 photographs: once it is back, "
+                             "lamella rig sync --rig " +
+                             rig.address() + " --out " + out.string() + " lets it forget them"),
+            std::string::npos)
+      << outcome.err;
+  EXPECT_NO_THROW(require_burst(read_session(session)));
+  EXPECT_EQ(json_tree(outcome.out)["session"], session.string());
+}
+
+TEST_F(RigBursts, CaptureTellsTheLargestErrorOfAllEdgesAsTheRigsVerdictDoes) {
+  FakeRig rig;
+  load_burst(&rig, testing::kFakeSize);
+  for (const double error_us : {3812.0, 3633.5}) {
+    v1::TimedEdge edge;
+    edge.set_actual_us(error_us);
+    edge.set_replaced(error_us > 3800);
+    rig.add_edge(edge);
+  }
+  const Outcome outcome =
+      run_lamella({"capture", "--rig", rig.address(), "--out", (out / "s").string(), "--json"});
+  EXPECT_EQ(json_tree(outcome.out)["largest_edge_error_us"], 3812.0) << outcome.err;
+}
+
+TEST_F(RigBursts, SyncFindsWhatACaptureSavedBesideAndMakesNoStumpOfIt) {
+  FakeRig cut([] {
+    FakeRigFaults faults;
+    faults.dies_after_acks = 0;
+    return faults;
+  }());
+  load_burst(&cut, testing::kFakeSize);
+  const fs::path session = out / "mine";
+  run_lamella({"capture", "--rig", cut.address(), "--out", session.string()});
+  FakeRig rig;  // the same, back, with what it had not forgotten
+  v1::HeldBurst held = whole_burst();
+  held.set_begun_unix_us(0);
+  load_burst(&rig, testing::kFakeSize);
+  rig.hold(held);
+  const Outcome outcome = sync(rig);
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(json_tree(outcome.out)["bursts"][0]["session"], session.string());
+  EXPECT_TRUE(rig.offsets(5).empty());
+  EXPECT_EQ(rig.acknowledged().size(), 40u);
+  EXPECT_FALSE(fs::exists(out / "burst-000042"));
+}
+
 TEST_F(RigBursts, CaptureRemovesWhatAKilledCaptureLeftThere) {
   FakeRig rig;
   load_burst(&rig, testing::kFakeSize);

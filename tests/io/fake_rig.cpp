@@ -354,6 +354,8 @@ void FakeRig::answer_bursts(const v1::Request& request, Socket* socket) {
 }
 
 void FakeRig::answer_ack(const v1::Request& request, Socket* socket) {
+  dead_ = dead_ || int(acknowledged_.size()) == faults_.dies_after_acks;
+  if (dead_) return socket->close();
   acknowledged_.insert(request.ack().frame_id());
   if (acknowledged_.size() == photographs_.size()) held_.reset();
   v1::Reply reply;

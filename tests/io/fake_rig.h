@@ -41,6 +41,7 @@ struct FakeRigFaults {
   bool is_busy = false;
   double reply_delay_s = 0;
   bool stands_in_fault = false;  // until an Abort
+  int dies_after_acks = -1;      // it forgets so many photographs and is gone
 };
 
 class FakeRig {
