@@ -237,12 +237,14 @@ TEST_F(Command, ListsTheSkinsThatTheTwinKnowsToWhoeverAsksForAnother) {
 
 TEST_F(Command, NamesThePlaceOfWhatTheDiskDoesNotTakeAndLeavesNothing) {
   testing::write_fake_session(at("session"), cv::Size(96, 128));
+  std::vector<std::vector<std::string>> commands{{"fit", in("session")}};
+#ifndef LAMELLA_SANITIZED  // it walks photons for a minute before it writes
+  commands.push_back({"twin", "--subject", "sphere", "--scale", "0.1"});
+#endif
   std::signal(SIGXFSZ, SIG_IGN);
   rlimit before;
   getrlimit(RLIMIT_FSIZE, &before);
-  for (const std::vector<std::string>& command :
-       {std::vector<std::string>{"twin", "--subject", "sphere", "--scale", "0.1"},
-        {"fit", in("session")}}) {
+  for (const std::vector<std::string>& command : commands) {
     SCOPED_TRACE(command[0]);
     std::vector<std::string> arguments = command;
     arguments.insert(arguments.end(), {"--out", in("out")});
