@@ -168,7 +168,17 @@ RigProcess::RigProcess(std::vector<std::string> arguments) {
   std::vector<char*> argv;
   for (std::string& argument : arguments) argv.push_back(argument.data());
   argv.push_back(nullptr);
-  EXPECT_EQ(posix_spawn(&pid_, LAMELLA_RIGD, &actions, nullptr, argv.data(), environ), 0);
+  // Whoever runs the tests in the background of a script ignores SIGINT, and the daemon would too.
+  posix_spawnattr_t as_from_a_terminal;
+  posix_spawnattr_init(&as_from_a_terminal);
+  sigset_t heard;
+  sigemptyset(&heard);
+  sigaddset(&heard, SIGINT);
+  posix_spawnattr_setsigdefault(&as_from_a_terminal, &heard);
+  posix_spawnattr_setflags(&as_from_a_terminal, POSIX_SPAWN_SETSIGDEF);
+  EXPECT_EQ(posix_spawn(&pid_, LAMELLA_RIGD, &actions, &as_from_a_terminal, argv.data(), environ),
+            0);
+  posix_spawnattr_destroy(&as_from_a_terminal);
   posix_spawn_file_actions_destroy(&actions);
   close(out[1]);
   close(err[1]);
