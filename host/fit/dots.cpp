@@ -137,13 +137,10 @@ void choose_layers(LayerUse use, const std::array<LayerContest, 3>& channels,
   }
 }
 
-// Where a region has one layer all its light is that layer's.
-void fold_shallow_light(const Burst& burst, const std::vector<RegionScattering>& regions,
-                        Separation* separation) {
-  parallel_for(burst.regions.rows, [&](int y) {
-    for (int x = 0; x < burst.regions.cols; ++x) {
-      const int label = burst.regions(y, x);
-      if (label == 0 || regions[size_t(label - 1)].shallow_ld_mm[0] > 0) continue;
+// One layer has all the light.
+void fold_shallow_light(Separation* separation) {
+  parallel_for(separation->shallow_albedo.rows, [&](int y) {
+    for (int x = 0; x < separation->shallow_albedo.cols; ++x) {
       Vec3& shallow = separation->shallow_albedo(y, x);
       if (!is_finite(shallow)) continue;
       separation->deep_albedo(y, x) += shallow;
@@ -273,7 +270,7 @@ Scattering fit_scattering(const Burst& burst, const Geometry& geometry, const No
     if (measured[i].dots == 0) borrow(burst.regions, i, &scattering.regions);
   }
   scattering.deep_ld_mm = blend_ld(burst, scattering.regions);
-  fold_shallow_light(burst, scattering.regions, separation);
+  if (use == LayerUse::kSingle) fold_shallow_light(separation);
   scattering.deep_alpha = alpha_map(separation->deep_albedo);
   return scattering;
 }

@@ -140,6 +140,8 @@ TEST(Dots, WithoutAnyTheLengthIsUnknownAndSaysWhy) {
   EXPECT_FALSE(fit.regions[0].deep_fitted);
   EXPECT_EQ(fit.regions[0].deep_why, "no dot of the pattern could be measured on any region");
   EXPECT_TRUE(std::isnan(fit.deep_ld_mm(50, 50)[0]));
+  EXPECT_EQ(separation.shallow_albedo(50, 50), Vec3(.1f, .1f, .1f))
+      << "the stripes saw it all the same";
 }
 
 TEST(Dots, MapOfAlphaFollowsFromDeepAlbedoByEquationEight) {
