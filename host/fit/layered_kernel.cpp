@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 namespace lamella::fit {
 
@@ -166,6 +167,20 @@ double descend(const SingleResidual& residual, SingleKernel* at) {
   return cost;
 }
 
+// Where the descent from one of `starts` costs least.
+template <class Kernel, class Descent>
+Kernel best_of(const std::vector<Kernel>& starts, const Descent& descent) {
+  Kernel best = starts.front();
+  double least = std::numeric_limits<double>::infinity();
+  for (Kernel at : starts) {
+    const double cost = descent(&at);
+    if (cost >= least) continue;
+    least = cost;
+    best = at;
+  }
+  return best;
+}
+
 }  // namespace
 
 double LayeredKernel::operator()(double r_mm) const {
@@ -183,21 +198,17 @@ LayeredKernel fit_layered_kernel(const WeightEquations& equations, const Layered
                                  double footprint_mm) {
   const LayeredResidual residual{equations_of(equations, given.deep_ld_mm, footprint_mm),
                                  given.shallow_share, given.thickness_mm};
-  LayeredKernel best = given;
-  double least = std::numeric_limits<double>::infinity();
+  std::vector<LayeredKernel> starts;
   // The valley has side arms, as that of fit_layered_profile().
   for (const auto& [deep_s, shallow_s, shallow_ld_mm] :
        {std::array{0.4, 0.3, 0.4}, {1.2, 0.17, 1.3}, {1.2, 1.0, 0.5}}) {
-    LayeredKernel at = given;
-    at.deep_s = deep_s;
-    at.shallow_s = shallow_s;
-    at.shallow_ld_mm = shallow_ld_mm;
-    const double cost = descend(residual, given.deep_ld_mm, &at);
-    if (cost >= least) continue;
-    least = cost;
-    best = at;
+    starts.push_back(given);
+    starts.back().deep_s = deep_s;
+    starts.back().shallow_s = shallow_s;
+    starts.back().shallow_ld_mm = shallow_ld_mm;
   }
-  return best;
+  return best_of(starts,
+                 [&](LayeredKernel* at) { return descend(residual, given.deep_ld_mm, at); });
 }
 
 LayeredKernel refine_layered_kernel(const WeightEquations& equations, const LayeredKernel& near,
@@ -217,17 +228,9 @@ double SingleKernel::operator()(double r_mm) const {
 SingleKernel fit_single_kernel(const WeightEquations& equations, double ld_mm,
                                double footprint_mm) {
   const SingleResidual residual{equations_of(equations, ld_mm, footprint_mm)};
-  SingleKernel best;
-  double least = std::numeric_limits<double>::infinity();
   // A short dipole of dull skin and a long one of bright skin are alike nearby.
-  for (const auto& [s, factor] : {std::array{0.4, 1.0}, {0.4, 0.4}, {1.2, 1.0}}) {
-    SingleKernel at{s, factor * ld_mm};
-    const double cost = descend(residual, &at);
-    if (cost >= least) continue;
-    least = cost;
-    best = at;
-  }
-  return best;
+  const std::vector<SingleKernel> starts{{0.4, ld_mm}, {0.4, 0.4 * ld_mm}, {1.2, ld_mm}};
+  return best_of(starts, [&](SingleKernel* at) { return descend(residual, at); });
 }
 
 SingleKernel refine_single_kernel(const WeightEquations& equations, const SingleKernel& near,
