@@ -110,8 +110,8 @@ TEST(BurstBound, LiesBelowEveryOrderOfTwentyThatIsTried) {
   for (const char* name : kRigs) {
     const struct rig rig = test_rig(name);
     const auto bound = burst_bound(&rig, kBurstSteps, BURST_STEPS, false);
+    burst_plan plan = planned(rig, Steps(kBurstSteps, kBurstSteps + BURST_STEPS), false);
     for (int i = 0; i < 200; i++) {
-      burst_plan plan = planned(rig, Steps(kBurstSteps, kBurstSteps + BURST_STEPS), false);
       const auto middle = std::stable_partition(plan.steps, plan.steps + BURST_STEPS,
                                                 [](const burst_step& s) { return !s.crossed; });
       std::shuffle(plan.steps, middle, random);
