@@ -23,7 +23,7 @@ namespace {
 
 struct FitArguments {
   fs::path session, out;
-  std::string until = "albedo", layers = "auto";
+  std::string until = "albedo", layers = "auto", quality = "standard";
   bool json = false;
 };
 
@@ -120,8 +120,9 @@ int run_fit(const FitArguments& args) {
   }
   clear_half_written_beside(out);
   WholeFolder folder(out, "layers.json");
-  fit::LayeredFit fit = fit::fit_layers(session, fit::step_from_name(args.until),
-                                        fit::layer_use_from_name(args.layers));
+  fit::LayeredFit fit =
+      fit::fit_layers(session, fit::step_from_name(args.until),
+                      fit::layer_use_from_name(args.layers), fit::quality_from_name(args.quality));
   folder.blame_place([&] { write_fit(&folder, session, watch, &fit); });
   if (args.json) {
     fmt::print("{}\n", to_json(fit.layers));
@@ -149,6 +150,10 @@ void add_fit(const Command& app, int* exit_code) {
       .add_option("--layers", args->layers,
                   "Diffuse layers: auto, those whose light is above the noise; single, one dipole "
                   "for all of it")
+      .shows_default();
+  command
+      .add_option("--quality", args->quality,
+                  "What to spend: draft, on blocks of 2 x 2 pixels; standard; reference")
       .shows_default();
   command.add_flag("--json", args->json, "Report as JSON: layers.json");
   command.runs([args, exit_code] { *exit_code = run_fit(*args); });

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "calib/check.h"
+#include "fit/quality.h"
 #include "io/session.h"
 
 namespace lamella::fit {
@@ -30,6 +31,7 @@ struct NoiseModel {
 
 struct Burst {
   const Session* session = nullptr;
+  Quality quality;                        // what the steps may spend
   SessionCheck check;                     // of the photographs as they came; never unusable
   Labels regions;                         // 0 background
   std::vector<std::string> region_names;  // names[label]

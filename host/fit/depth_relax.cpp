@@ -17,7 +17,7 @@ constexpr float kLeastFacing = 0.05f;  // more oblique, and a normal says nothin
 constexpr double kLinkSigmas = 1.5, kDataSigmas = 2.5;  // beyond, the other evidence is right
 // First the wrong measurements are found. Links that are only given up in part tear a surface, so
 // at the end each holds in full, or not at all, over a silhouette.
-constexpr int kRobustRounds = 3, kWholeRounds = 3;
+constexpr int kRobustRounds = 3;
 constexpr double kFirstReach = 10;    // the first round believes links so many times further
 constexpr double kFirstTrust = 0.05;  // and measurements so much less
 constexpr double kAnchor = 1e-4;      // weight of the start, for islands without any evidence
@@ -77,9 +77,9 @@ class Relaxation {
     }
   }
 
-  void solve() {
+  void solve(int rounds) {
     Eigen::SimplicialLDLT<Matrix> solver;
-    for (int round = 0; round < kRobustRounds + kWholeRounds; ++round) {
+    for (int round = 0; round < rounds; ++round) {
       Matrix matrix(size(), size());
       const Eigen::VectorXd right = equations(round, &matrix);
       if (round == 0) solver.analyzePattern(matrix);
@@ -162,12 +162,12 @@ class Relaxation {
 
 }  // namespace
 
-void relax_depth(const Camera& camera, const Image3& normal, const DepthMap& measured,
+void relax_depth(const Camera& camera, const Image3& normal, const DepthMap& measured, int rounds,
                  Image1* distance_mm) {
   Relaxation relaxation(measured, distance_mm);
   if (relaxation.size() == 0) return;
   relaxation.link_neighbours(camera, normal);
-  relaxation.solve();
+  relaxation.solve(kRobustRounds + rounds);
 }
 
 }  // namespace lamella::fit

@@ -12,7 +12,8 @@ namespace lamella::fit {
 // where; a measurement should be kept, as far as its sigma says. Either is given up where it is far
 // from the rest: a wrong turn of the phase, a silhouette. All other pixels stay as they are.
 // `normal`: unit, NaN where not known. `distance_mm`: a start, NaN where nothing is wanted.
-void relax_depth(const Camera& camera, const Image3& normal, const DepthMap& measured,
+// `rounds`: after those that decide which neighbours are one surface.
+void relax_depth(const Camera& camera, const Image3& normal, const DepthMap& measured, int rounds,
                  Image1* distance_mm);
 
 }  // namespace lamella::fit

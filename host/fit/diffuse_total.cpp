@@ -25,7 +25,8 @@ DiffuseTotal::DiffuseTotal(const Burst& burst, const Geometry& geometry, const N
     : burst_(burst),
       geometry_(geometry),
       normals_(normals),
-      leds_(led_irradiance_over(burst.session->stage, geometry.position_mm)),
+      leds_(led_irradiance_over(burst.session->stage, geometry.position_mm,
+                                burst.quality.irradiance_cells)),
       ceiling_(burst.region_names.size(), Vec3(kBrightest, kBrightest, kBrightest)) {
   find_ceilings();
 }

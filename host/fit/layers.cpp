@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "base/progress.h"
+#include "fit/binned.h"
 #include "fit/pattern_extinction.h"
 #include "fit/report.h"
 
@@ -26,18 +27,64 @@ struct Course {
   int done = 0;
 };
 
-// Runs a step and notes its seconds under its name.
+// Runs `work` and notes its seconds under its name.
 template <class Work>
-auto timed(Course* course, const std::string& name, const Work& work) {
+auto note_time(v1::Layers* layers, const std::string& name, const Work& work) {
   const Stopwatch watch;
   auto result = work();
-  (*course->layers->mutable_timings_s())[name] = watch.seconds();
+  (*layers->mutable_timings_s())[name] = watch.seconds();
+  return result;
+}
+
+// The same, for a step.
+template <class Work>
+auto timed(Course* course, const std::string& name, const Work& work) {
+  auto result = note_time(course->layers, name, work);
   course->progress.advance(++course->done);
   return result;
 }
 
 // The rerendering that judges a whole fit is a step of its own.
 int steps_until(Step until) { return int(until) + (until == Step::kAlbedo ? 2 : 1); }
+
+void run_steps(Step until, LayerUse use, Burst* burst, Course* course, LayeredFit* fit) {
+  start_report(*burst, fit);
+  if (until == Step::kLinearise) return;
+
+  Geometry geometry = timed(course, "geometry", [&] { return reconstruct_geometry(*burst); });
+  remove_pattern_extinction(geometry, burst);
+  if (until > Step::kGeometry) {
+    const Normals normals =
+        timed(course, "normals", [&] { return estimate_normals(*burst, &geometry); });
+    report_normals(normals, fit);
+    SpecularFit specular;
+    Separation separation;
+    if (until >= Step::kSpecular) {
+      specular = timed(course, "specular", [&] { return fit_specular(*burst, geometry, normals); });
+      report_specular(specular, fit);
+    }
+    if (until >= Step::kSeparate) {
+      separation =
+          timed(course, "separate", [&] { return separate_layers(*burst, geometry, normals); });
+      Scattering scattering;
+      if (until >= Step::kScattering) {
+        scattering = timed(course, "scattering", [&] {
+          return fit_scattering(*burst, geometry, normals, use, &separation);
+        });
+      }
+      report_separation(separation, fit);
+      if (until >= Step::kScattering) report_scattering(scattering, fit);
+    }
+    if (until >= Step::kAlbedo) {
+      const Albedo albedo =
+          timed(course, "albedo", [&] { return fit_albedo(*burst, geometry, normals); });
+      report_albedo(albedo, fit);
+      const FittedLayers fitted{geometry, normals, specular, separation, albedo};
+      report_rerender(timed(course, "rerender", [&] { return rerender(*burst, fitted); }), fit);
+    }
+  }
+  report_geometry(geometry, fit);
+}
 
 }  // namespace
 
@@ -50,47 +97,25 @@ Step step_from_name(const std::string& name) {
   throw_bad_input("--until", "no step \"" + name + "\"", "one of " + known);
 }
 
-LayeredFit fit_layers(const Session& session, Step until, LayerUse use) {
+LayeredFit fit_layers(const Session& session, Step until, LayerUse use, const Quality& quality) {
   LayeredFit fit;
   Course course{&fit.layers, Progress("fitting, step", steps_until(until))};
   Burst burst = timed(&course, "linearise", [&] { return linearise(session); });
+  burst.quality = quality;
   fit.check = burst.check;
-  start_report(burst, &fit);
-  if (until == Step::kLinearise) return fit;
-
-  Geometry geometry = timed(&course, "geometry", [&] { return reconstruct_geometry(burst); });
-  remove_pattern_extinction(geometry, &burst);
-  if (until > Step::kGeometry) {
-    const Normals normals =
-        timed(&course, "normals", [&] { return estimate_normals(burst, &geometry); });
-    report_normals(normals, &fit);
-    SpecularFit specular;
-    Separation separation;
-    if (until >= Step::kSpecular) {
-      specular = timed(&course, "specular", [&] { return fit_specular(burst, geometry, normals); });
-      report_specular(specular, &fit);
-    }
-    if (until >= Step::kSeparate) {
-      separation =
-          timed(&course, "separate", [&] { return separate_layers(burst, geometry, normals); });
-      Scattering scattering;
-      if (until >= Step::kScattering) {
-        scattering = timed(&course, "scattering", [&] {
-          return fit_scattering(burst, geometry, normals, use, &separation);
-        });
-      }
-      report_separation(separation, &fit);
-      if (until >= Step::kScattering) report_scattering(scattering, &fit);
-    }
-    if (until >= Step::kAlbedo) {
-      const Albedo albedo =
-          timed(&course, "albedo", [&] { return fit_albedo(burst, geometry, normals); });
-      report_albedo(albedo, &fit);
-      const FittedLayers fitted{geometry, normals, specular, separation, albedo};
-      report_rerender(timed(&course, "rerender", [&] { return rerender(burst, fitted); }), &fit);
-    }
+  if (quality.bin_px == 1) {
+    run_steps(until, use, &burst, &course, &fit);
+  } else {
+    const Labels regions = burst.regions;
+    const Session binned = binned_session(session, quality.bin_px);
+    burst =
+        note_time(&fit.layers, "bin", [&] { return binned_burst(burst, binned, quality.bin_px); });
+    run_steps(until, use, &burst, &course, &fit);
+    note_time(&fit.layers, "unbin", [&] {
+      unbin_maps(regions, session.left, quality.bin_px, &fit.maps);
+      return 0;
+    });
   }
-  report_geometry(geometry, &fit);
   return fit;
 }
 

@@ -8,6 +8,7 @@
 #include "calib/check.h"
 #include "fit/doubt.h"
 #include "fit/layer_choice.h"
+#include "fit/quality.h"
 #include "io/layer_maps.h"
 #include "io/session.h"
 
@@ -33,6 +34,7 @@ struct LayeredFit {
 };
 
 // Throws Error on bad input; what the data cannot tell is said in the result.
-LayeredFit fit_layers(const Session& session, Step until, LayerUse use = LayerUse::kAuto);
+LayeredFit fit_layers(const Session& session, Step until, LayerUse use = LayerUse::kAuto,
+                      const Quality& quality = {});
 
 }  // namespace lamella::fit

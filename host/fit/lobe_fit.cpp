@@ -12,7 +12,6 @@ namespace lamella::fit {
 namespace {
 
 constexpr int kUnknowns = int(kWidths) + 3;  // mixture, then an amplitude a channel
-constexpr int kRounds = 4;                   // of c against mixture and amplitudes
 constexpr float kModelError = 0.1f;          // of the lobe itself: keeps the peak from ruling
 constexpr float kConeCosine = 0.70710678f;   // 45 degrees, as in the paper
 constexpr int kEnoughInCone = 200;           // samples that make a lobe of their own
@@ -311,17 +310,17 @@ RegionFit prior_region_fit() {
 }
 
 std::vector<RegionFit> fit_lobes(const std::vector<LobeSample>& samples,
-                                 const std::vector<RegionFit>& previous) {
+                                 const std::vector<RegionFit>& previous, int rounds) {
   std::vector<RegionFit> fits = previous;
   std::vector<bool> found(fits.size(), false);
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < rounds; ++round) {
     set_summaries(samples, &fits);
     const std::vector<Blocks> equations = equations_of(samples, fits);
     const Equations face = whole_face(equations);
     for (size_t r = 0; r < fits.size(); ++r) {
       found[r] = apply(solve(total(equations[r]), face), &fits[r]);
       set_table(&fits[r]);
-      if (round + 1 < kRounds) continue;
+      if (round + 1 < rounds) continue;
       set_deviations(equations[r], face, &fits[r]);
       set_reasons(total(equations[r]), found[r], &fits[r]);
     }

@@ -24,9 +24,10 @@ struct RegionFit {
   std::array<double, 3> diffuse_reflectance{};
 };
 
-// By label - 1. `previous`: of the same regions, to start from.
+// By label - 1. `previous`: of the same regions, to start from. `rounds`: of c against mixture and
+// amplitudes.
 std::vector<RegionFit> fit_lobes(const std::vector<LobeSample>& samples,
-                                 const std::vector<RegionFit>& previous);
+                                 const std::vector<RegionFit>& previous, int rounds);
 
 // Before anything is known: a lobe as faces have it (m = 0.3) and a clean interface.
 RegionFit prior_region_fit();

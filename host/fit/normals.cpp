@@ -14,7 +14,6 @@ namespace lamella::fit {
 
 namespace {
 
-constexpr int kOcclusionRounds = 2;
 constexpr float kTrustInBend = 0.15f;            // share of the correction that may be wrong
 constexpr float kErrorAtHalfConfidence = 0.05f;  // rad
 
@@ -148,7 +147,8 @@ void refill(const Burst& burst, const Image3& normal, const Image1& distance_mm,
   fill_depth(burst.session->left, labelled, normal, &depth);
   DepthMap measured{distance_mm.clone(), geometry->sigma_mm, Image1(), depth.px_mm};
   measured.distance_mm.setTo(kNaN, ~(geometry->measured & labelled));
-  relax_depth(burst.session->left, normal, measured, &depth.distance_mm);
+  relax_depth(burst.session->left, normal, measured, burst.quality.relax_rounds,
+              &depth.distance_mm);
   for (int y = 0; y < labelled.rows; ++y) {
     for (int x = 0; x < labelled.cols; ++x) {
       const float mm = depth.distance_mm(y, x);
@@ -180,7 +180,7 @@ Normals estimate_normals(const Burst& burst, Geometry* geometry) {
   Image3 normal_at_nodes(size, nowhere);
   invert_nodes(field, &normal_at_nodes);
   look_around(geometry->scene_mm, normal_at_nodes, stage, &around);
-  for (int round = 0; round < kOcclusionRounds; ++round) {
+  for (int round = 0; round < burst.quality.occlusion_rounds; ++round) {
     if (round > 0) invert_nodes(field, &normal_at_nodes);
     occlusion = occlusion_at_nodes(around, stage, geometry->position_mm, normal_at_nodes, moments);
   }

@@ -46,7 +46,8 @@ class Rerenderer {
   Rerenderer(const Burst& burst, const FittedLayers& layers)
       : burst_(burst),
         layers_(layers),
-        leds_(led_irradiance_over(burst.session->stage, layers.geometry.position_mm)) {}
+        leds_(led_irradiance_over(burst.session->stage, layers.geometry.position_mm,
+                                  burst.quality.irradiance_cells)) {}
 
   AllSums row(int y) const {
     AllSums sums;

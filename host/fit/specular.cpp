@@ -11,7 +11,7 @@ namespace lamella::fit {
 namespace {
 
 // A few samples first, for what the samples themselves are computed with; then enough of them.
-constexpr int kFirstSamples = 1500, kSamples = 6000;
+constexpr int kFirstShare = 4;
 
 SkinModel skin_of(const RegionFit& fit, float g) {
   const model::LobeTable lobe(fit.lobe.theta_rad, fit.lobe.p);
@@ -65,11 +65,12 @@ SpecularFit fit_specular(const Burst& burst, const Geometry& geometry, const Nor
                                    session.projector.centre_mm());
   std::vector<RegionFit> fits(burst.region_names.size() - 1, prior_region_fit());
   PhaseAsymmetry asymmetry;
-  for (int samples_per_region : {kFirstSamples, kSamples}) {
-    const std::vector<LobeSample> samples =
+  const int samples = burst.quality.lobe_samples;
+  for (int samples_per_region : {samples / kFirstShare, samples}) {
+    const std::vector<LobeSample> collected =
         collect_samples(burst, geometry, normals, visibility,
                         {skins_of(fits, asymmetry.mean_g()), samples_per_region});
-    fits = fit_lobes(samples, fits);
+    fits = fit_lobes(collected, fits, burst.quality.lobe_rounds);
     asymmetry = estimate_asymmetry(fits);
   }
   SpecularFit out;

@@ -13,6 +13,7 @@
 #include "apps/run_lamella.h"
 #include "io/fake_session.h"
 #include "io/json.h"
+#include "io/layer_maps.h"
 #include "io/session.h"
 #include "io/whole_file.h"
 #include "layers.pb.h"
@@ -105,6 +106,26 @@ TEST_F(FitCommand, RefusesForTheReasonOfCheckAndLeavesNothing) {
   EXPECT_EQ(fit.err, check.err);
   EXPECT_EQ(fit.complaints().size(), 1u);
   EXPECT_NE(fit.err.find("left STRIPES 2 CROSS"), std::string::npos) << fit.err;
+  EXPECT_EQ(scratch_.contents(), before);
+}
+
+TEST_F(FitCommand, FitsADraftAtTheSizeOfThePhotographsAndSaysWhatItSpent) {
+  const Outcome fit = run_lamella({"fit", session().string(), "--quality", "draft"});
+  EXPECT_LE(fit.exit_code, 1) << fit.err;
+  EXPECT_TRUE(fit.complaints().empty()) << fit.err;
+  EXPECT_EQ(read_layer_maps(session() / "fit").normal_specular.size(), cv::Size(96, 128));
+  v1::Layers layers;
+  read_json(session() / "fit/layers.json", &layers);
+  EXPECT_EQ(layers.quality().name(), "draft");
+  EXPECT_EQ(layers.quality().bin_px(), 2u);
+}
+
+TEST_F(FitCommand, RefusesAQualityThatIsNoneAndNamesThem) {
+  const std::set<std::string> before = scratch_.contents();
+  const Outcome fit = run_lamella({"fit", session().string(), "--quality", "best"});
+  EXPECT_EQ(fit.exit_code, 2);
+  ASSERT_EQ(fit.complaints().size(), 1u) << fit.err;
+  EXPECT_NE(fit.err.find("draft, standard, reference"), std::string::npos) << fit.err;
   EXPECT_EQ(scratch_.contents(), before);
 }
 

@@ -19,7 +19,7 @@ Vec3 light_on(const LightStage& stage, const Vec3& n, const Vec3& x) {
 
 TEST(LedIrradiance, TableAgreesWithTheSumOverTheLeds) {
   const LightStage stage(testing::leds_all_around(150));
-  const LedIrradiance table(stage, Vec3(-80, -100, -80), Vec3(80, 100, 80));
+  const LedIrradiance table(stage, Vec3(-80, -100, -80), Vec3(80, 100, 80), 97);
   for (const Vec3& n : {Vec3(0, 0, 1), Vec3(.6f, 0, .8f), Vec3(-.8f, .6f, 0), Vec3(0, .6f, -.8f)}) {
     EXPECT_NEAR(table.at(n, {0, 0, 0})[1], light_on(stage, n, {0, 0, 0})[1], 0.01);
   }
@@ -29,7 +29,7 @@ TEST(LedIrradiance, NearLedsLightOneSideMoreThanTheOther) {
   std::vector<Led> leds = testing::leds_all_around(150);
   for (Led& led : leds) led.distance_mm = 900;
   const LightStage stage(leds);
-  const LedIrradiance table(stage, Vec3(-80, -100, -80), Vec3(80, 100, 80));
+  const LedIrradiance table(stage, Vec3(-80, -100, -80), Vec3(80, 100, 80), 97);
   const Vec3 n = unit({.3f, .1f, .9f});
   for (const Vec3& x : {Vec3(70, 0, 0), Vec3(-40, 60, 20)}) {
     EXPECT_NEAR(table.at(n, x)[0] / light_on(stage, n, x)[0], 1, 0.02);

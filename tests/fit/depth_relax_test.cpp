@@ -50,7 +50,7 @@ TEST_F(DepthRelax, CarriesThePlaneOverAGapWhateverTheStart) {
   for (int y = kGap.y; y < kGap.br().y; ++y) {
     for (int x = kGap.x; x < kGap.br().x; ++x) mm(y, x) += y % 2 ? 2.f : -3.f;  // crumpled
   }
-  relax_depth(camera_, normals_, data, &mm);
+  relax_depth(camera_, normals_, data, 3, &mm);
   EXPECT_LT(worst_mm(mm, kGap), 0.05f);
 }
 
@@ -65,7 +65,7 @@ TEST_F(DepthRelax, GivesUpWhatWasMeasuredInScatteredLight) {
   data.distance_mm(kGap).setTo(kNaN);
   Image1 mm = data.distance_mm.clone();
   mm(kGap).setTo(plane_mm(kGap.y, kGap.x) + 4.f);
-  relax_depth(camera_, normals_, data, &mm);
+  relax_depth(camera_, normals_, data, 3, &mm);
   EXPECT_LT(worst_mm(mm, kBesideGap), 0.3f);
 }
 
@@ -74,7 +74,7 @@ TEST_F(DepthRelax, LeavesASureMeasurementAsItIs) {
   data.distance_mm(kGap).setTo(kNaN);
   Image1 mm = plane();
   mm(20, 20) += 1.f;  // a wart that the normals do not show
-  relax_depth(camera_, normals_, data, &mm);
+  relax_depth(camera_, normals_, data, 3, &mm);
   EXPECT_FLOAT_EQ(mm(20, 20), plane_mm(20, 20) + 1.f);
 }
 
@@ -84,7 +84,7 @@ TEST_F(DepthRelax, DoesNotBridgeASilhouette) {
   data.distance_mm.colRange(80, size_.width) += kBehindMm;
   Image1 mm = data.distance_mm.clone();
   data.distance_mm.colRange(76, 88).rowRange(80, 94).setTo(kNaN);
-  relax_depth(camera_, normals_, data, &mm);
+  relax_depth(camera_, normals_, data, 3, &mm);
   for (int x = 70; x < 94; ++x) {
     EXPECT_NEAR(mm(86, x) - plane_mm(86, x), x < 80 ? 0 : kBehindMm, 1.f) << x;
   }
