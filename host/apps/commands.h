@@ -13,6 +13,7 @@ void add_capture(const Command& app, int* exit_code);
 void add_twin(const Command& app, int* exit_code);
 void add_check(const Command& app, int* exit_code);
 void add_fit(const Command& app, int* exit_code);
+void add_bench(const Command& app, int* exit_code);
 void add_render(const Command& app, int* exit_code);
 void add_compare(const Command& app, int* exit_code);
 void add_export(const Command& app, int* exit_code);

@@ -45,6 +45,7 @@ int run(int argc, char** argv) {
   apps::add_twin(app, &exit_code);
   apps::add_check(app, &exit_code);
   apps::add_fit(app, &exit_code);
+  apps::add_bench(app, &exit_code);
   apps::add_render(app, &exit_code);
   apps::add_compare(app, &exit_code);
   apps::add_export(app, &exit_code);

@@ -13,7 +13,9 @@ struct Quality {
   int relax_rounds = 3;       // depths against normals, once it is known which of them to link
   int lobe_samples = 6000;    // a region, for lobe and single scattering
   int lobe_rounds = 4;        // c against mixture and amplitudes
-  int irradiance_cells = 97;  // a side of the table of what a normal receives
+  int irradiance_cells = 49;  // a side of the table of what a normal receives
+
+  bool operator==(const Quality&) const = default;
 };
 
 // draft, standard or reference. Throws Error that lists the names where `name` is none of them.

@@ -1,0 +1,194 @@
+#include "apps/bench_chart.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "apps/bench_figures.h"
+
+namespace lamella::apps {
+
+namespace {
+
+constexpr double kPanelWidth = 560, kPanelHeight = 330, kTop = 132, kSide = 40;
+constexpr double kLeft = 62, kRight = 24, kAbove = 54, kBelow = 46;  // within a panel
+constexpr double kLowest = 0.5, kHighest = 4;  // errors, of the default's: beyond is at the edge
+constexpr double kLeastRange = 1.25;
+constexpr const char* kInk = "#22262b";
+constexpr const char* kDefault = "#b3362b";
+constexpr const char* kFaint = "#7a828c";
+constexpr const char* kGrid = "#e4dfd6";
+
+// Figures of the page, by their place in bench_figures().
+struct Curve {
+  size_t figure;
+  const char* colour;
+};
+constexpr Curve kCurves[] = {{1, "#2f6db3"}, {2, "#1b9a8f"},  {4, "#e0a23c"},
+                             {6, "#22262b"}, {7, "#8a5fb0"},  {8, "#3d8b3d"},
+                             {9, "#d0679d"}, {10, "#7a4a2b"}, {11, "#555f6b"}};
+
+std::string label(double x, double y, const std::string& words, double size, const char* colour,
+                  const char* anchor = "start") {
+  std::string escaped;
+  for (const char c : words) escaped += c == '&' ? "&amp;" : c == '<' ? "&lt;" : std::string(1, c);
+  return fmt::format(
+      "<text x=\"{:.1f}\" y=\"{:.1f}\" font-size=\"{:g}\" fill=\"{}\" "
+      "text-anchor=\"{}\">{}</text>\n",
+      x, y, size, colour, anchor, escaped);
+}
+
+struct Panel {
+  double x, y;                     // its corner
+  double most_seconds;             // of the default's
+  double least_error, most_error;  // of the default's
+
+  double across(double seconds) const {
+    return x + kLeft + (kPanelWidth - kLeft - kRight) * seconds / most_seconds;
+  }
+  double up(double error) const {
+    const double share = std::log(std::clamp(error, least_error, most_error) / least_error) /
+                         std::log(most_error / least_error);
+    return y + kPanelHeight - kBelow - (kPanelHeight - kAbove - kBelow) * share;
+  }
+};
+
+std::vector<const BenchPoint*> points_of(const Bench& bench, const std::string& knob) {
+  std::vector<const BenchPoint*> points;
+  for (const BenchPoint& point : bench.points) {
+    if (point.knob == knob) points.push_back(&point);
+  }
+  return points;
+}
+
+Panel panel_of(const Bench& bench, const std::vector<const BenchPoint*>& points, double x,
+               double y) {
+  double seconds = 1, least = 1 / kLeastRange, most = kLeastRange;
+  for (const BenchPoint* point : points) {
+    seconds = std::max(seconds, bench.relative_seconds(*point));
+    for (const Curve& curve : kCurves) {
+      const double error = point->figures[curve.figure] / bench.default_figures[curve.figure];
+      if (!std::isfinite(error)) continue;
+      least = std::min(least, error);
+      most = std::max(most, error);
+    }
+  }
+  return {x, y, 1.08 * seconds, std::max(kLowest, least), std::min(kHighest, most)};
+}
+
+std::string axes(const Panel& p) {
+  std::string text;
+  for (const double error : {0.5, 0.7, 0.8, 0.9, 1.0, 1.1, 1.25, 1.5, 2.0, 3.0, 4.0}) {
+    if (error < p.least_error || error > p.most_error) continue;
+    const double y = p.up(error);
+    text += fmt::format("<path d=\"M{:.1f} {:.1f}H{:.1f}\" stroke=\"{}\"/>\n", p.x + kLeft, y,
+                        p.x + kPanelWidth - kRight, error == 1 ? kFaint : kGrid);
+    text += label(p.x + kLeft - 8, y + 4, fmt::format("{:g}", error), 11, kFaint, "end");
+  }
+  const double step = p.most_seconds > 3 ? 1 : p.most_seconds > 1.5 ? 0.5 : 0.2;
+  const double bottom = p.y + kPanelHeight - kBelow;
+  for (double seconds = 0; seconds <= p.most_seconds; seconds += step) {
+    text +=
+        label(p.across(seconds), bottom + 18, fmt::format("{:g}", seconds), 11, kFaint, "middle");
+  }
+  return text + label(p.x + kPanelWidth - kRight, bottom + 34, "seconds, of the default's", 11,
+                      kFaint, "end");
+}
+
+std::string curve_of(const Panel& p, const Bench& bench, const Curve& curve,
+                     const std::vector<const BenchPoint*>& points) {
+  std::string line, dots;
+  for (const BenchPoint* point : points) {
+    const double error = point->figures[curve.figure] / bench.default_figures[curve.figure];
+    if (!std::isfinite(error)) continue;
+    const double x = p.across(bench.relative_seconds(*point)), y = p.up(error);
+    line += fmt::format("{}{:.1f} {:.1f}", line.empty() ? "M" : "L", x, y);
+    dots += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"2.6\" fill=\"{}\"/>\n", x, y,
+                        curve.colour);
+  }
+  return fmt::format("<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"1.6\"/>\n", line,
+                     curve.colour) +
+         dots;
+}
+
+// A value where its seconds are, on a line of its own where it would stand on its neighbour.
+std::string values_of(const Panel& p, const Bench& bench,
+                      const std::vector<const BenchPoint*>& points) {
+  std::string text;
+  double taken[3] = {-1e9, -1e9, -1e9};
+  std::vector<const BenchPoint*> sorted = points;
+  std::sort(sorted.begin(), sorted.end(), [&](const BenchPoint* a, const BenchPoint* b) {
+    return bench.relative_seconds(*a) < bench.relative_seconds(*b);
+  });
+  for (const BenchPoint* point : sorted) {
+    const double x = p.across(bench.relative_seconds(*point)),
+                 half = 3.2 * double(point->value.size()) + 3;
+    const int row = x - half > taken[0] ? 0 : x - half > taken[1] ? 1 : 2;
+    taken[row] = x + half;
+    const double y = p.y + kAbove - 6 - 11 * row;
+    text += label(x, y, point->value, 10.5, is_default(point->quality) ? kDefault : kInk, "middle");
+  }
+  return text;
+}
+
+std::string panel(const Bench& bench, const Knob& knob, double x, double y) {
+  const std::vector<const BenchPoint*> points = points_of(bench, knob.name);
+  const Panel p = panel_of(bench, points, x, y);
+  std::string text = label(x + kLeft, y + 8, knob.name, 15, kInk);
+  text += label(x + kPanelWidth - kRight, y + 8, knob.meaning, 11.5, kFaint, "end");
+  text += axes(p);
+  for (const Curve& curve : kCurves) text += curve_of(p, bench, curve, points);
+  text += fmt::format(
+      "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"7\" fill=\"none\" stroke=\"{}\" "
+      "stroke-width=\"2\"/>\n",
+      p.across(1), p.up(1), kDefault);
+  return text + values_of(p, bench, points);
+}
+
+std::string head(const Bench& bench, const std::string& title) {
+  std::string text = label(kSide, 40, "Error against seconds: " + title, 21, kInk);
+  text += label(kSide, 63,
+                fmt::format("up: error of a fit, of the default's; ring and red: the default, "
+                            "{:.2f} s, the least of {} rounds",
+                            bench.default_least_seconds(), bench.default_seconds.size()),
+                12.5, kFaint);
+  double x = kSide;
+  for (const Curve& curve : kCurves) {
+    const BenchFigure& figure = bench_figures()[curve.figure];
+    const double value = bench.default_figures[curve.figure];
+    const bool relative = *figure.unit == '\0';
+    text += fmt::format("<path d=\"M{:.1f} 88h18\" stroke=\"{}\" stroke-width=\"3\"/>\n", x,
+                        curve.colour);
+    text += label(x + 24, 92, figure.label, 11.5, kInk);
+    text += label(x + 24, 107,
+                  relative ? fmt::format("{:.1f} %", 100 * value)
+                           : fmt::format("{:.2g} {}", value, figure.unit),
+                  11.5, kFaint);
+    x += 44 + 6.4 * double(std::strlen(figure.label));
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string bench_chart(const Bench& bench, const std::vector<Knob>& knobs,
+                        const std::string& title) {
+  const int columns = knobs.size() > 1 ? 2 : 1;
+  const int rows = (int(knobs.size()) + columns - 1) / columns;
+  const double width = 2 * kSide + 2 * kPanelWidth, height = kTop + rows * kPanelHeight + 20;
+  std::string text = fmt::format(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0:.0f} {1:.0f}\" width=\"{0:.0f}\" "
+      "height=\"{1:.0f}\" font-family=\"Inter, Helvetica, Arial, sans-serif\">\n"
+      "<rect width=\"100%\" height=\"100%\" fill=\"#fbfaf8\"/>\n",
+      width, height);
+  text += head(bench, title);
+  for (size_t i = 0; i < knobs.size(); ++i) {
+    const int column = int(i) % columns, row = int(i) / columns;
+    text += panel(bench, knobs[i], kSide + column * kPanelWidth, kTop + 24 + row * kPanelHeight);
+  }
+  return text + "</svg>\n";
+}
+
+}  // namespace lamella::apps

@@ -1,0 +1,141 @@
+#include "apps/bench_run.h"
+
+#include <fmt/format.h>
+
+#include "apps/bench_figures.h"
+#include "apps/compare_folders.h"
+#include "base/error.h"
+#include "base/progress.h"
+#include "fit/layers.h"
+#include "io/json.h"
+
+namespace lamella::apps {
+
+namespace {
+
+struct TimedFit {
+  double seconds;
+  std::vector<double> figures;
+};
+
+TimedFit fit_once(const Session& session, const fit::Quality& quality, const fs::path& scratch) {
+  fs::remove_all(scratch);
+  fs::create_directory(scratch);
+  const Stopwatch watch;
+  const fit::LayeredFit fit =
+      fit::fit_layers(session, fit::Step::kAlbedo, fit::LayerUse::kAuto, quality);
+  write_layer_maps(scratch, fit.maps);
+  write_json(scratch / "layers.json", fit.layers);
+  const double seconds = watch.seconds();
+  const std::vector<double> figures = figures_of(compare_folders(scratch, session.path / "truth"));
+  fs::remove_all(scratch);
+  return {seconds, figures};
+}
+
+std::vector<BenchPoint> points_of(const std::vector<Knob>& knobs) {
+  std::vector<BenchPoint> points;
+  for (const Knob& knob : knobs) {
+    for (const BenchSetting& setting : knob.settings) {
+      points.push_back({knob.name, setting.value, setting.quality, {}, {}});
+    }
+  }
+  return points;
+}
+
+// A fit of the default's settings is the default's: the same seconds and errors stand for both.
+void run_round(const Session& session, const fs::path& scratch, Progress* progress, int* done,
+               Bench* bench) {
+  const TimedFit standard = fit_once(session, {}, scratch);
+  progress->advance(++*done);
+  bench->default_seconds.push_back(standard.seconds);
+  bench->default_figures = standard.figures;
+  for (BenchPoint& point : bench->points) {
+    const bool same = is_default(point.quality);
+    const TimedFit fit = same ? standard : fit_once(session, point.quality, scratch);
+    if (!same) progress->advance(++*done);
+    point.seconds.push_back(fit.seconds);
+    point.figures = fit.figures;
+  }
+}
+
+std::string csv_number(double value) {
+  return std::isfinite(value) ? fmt::format("{:.6g}", value) : "";
+}
+
+double least(const std::vector<double>& values) {
+  return *std::min_element(values.begin(), values.end());
+}
+
+}  // namespace
+
+double Bench::default_least_seconds() const { return least(default_seconds); }
+
+double Bench::relative_seconds(const BenchPoint& point) const {
+  return least(point.seconds) / default_least_seconds();
+}
+
+Bench run_bench(const Session& session, const std::vector<Knob>& knobs, int rounds,
+                const fs::path& scratch) {
+  if (!fs::exists(session.path / "truth" / "layers.json")) {
+    throw_bad_input((session.path / "truth").string(), "no truth to hold a fit against",
+                    "take a session of `lamella twin`");
+  }
+  Bench bench{{}, {}, points_of(knobs)};
+  const auto others = std::count_if(bench.points.begin(), bench.points.end(),
+                                    [](const BenchPoint& p) { return !is_default(p.quality); });
+  Progress progress("fits", rounds * (1 + int(others)));
+  int done = 0;
+  for (int round = 0; round < rounds; ++round) {
+    run_round(session, scratch, &progress, &done, &bench);
+  }
+  return bench;
+}
+
+std::string bench_csv(const Bench& bench) {
+  std::string text = "knob,value,default,least_s,median_s,of_default";
+  for (const BenchFigure& figure : bench_figures()) text += std::string(",") + figure.name;
+  text += "\n";
+  for (const BenchPoint& point : bench.points) {
+    text += fmt::format("{},{},{:d},{},{},{}", point.knob, point.value, is_default(point.quality),
+                        csv_number(least(point.seconds)), csv_number(median(point.seconds)),
+                        csv_number(bench.relative_seconds(point)));
+    for (const double value : point.figures) text += "," + csv_number(value);
+    text += "\n";
+  }
+  return text;
+}
+
+Json bench_json(const Bench& bench) {
+  Json points = Json::array();
+  for (const BenchPoint& point : bench.points) {
+    Json figures;
+    for (size_t i = 0; i < point.figures.size(); ++i) {
+      figures[bench_figures()[i].name] = number(point.figures[i]);
+    }
+    points.push_back({{"knob", point.knob},
+                      {"value", point.value},
+                      {"default", is_default(point.quality)},
+                      {"seconds_s", point.seconds},
+                      {"of_default", bench.relative_seconds(point)},
+                      {"figures", figures}});
+  }
+  return {{"default_seconds_s", bench.default_seconds}, {"points", points}};
+}
+
+std::string bench_table(const Bench& bench) {
+  std::string text = fmt::format("{:<18}{:>10}{:>11}{:>12}{:>15}{:>16}{:>8}{:>8}{:>8}{:>8}\n",
+                                 "knob", "value", "seconds", "of default", "position, RMS",
+                                 "specular normal", "c", "l_d", "deep", "R(r)");
+  for (const BenchPoint& point : bench.points) {
+    const std::vector<double>& f = point.figures;
+    text += fmt::format(
+        "{:<18}{:>10}{:>9.2f} s{:>12.2f}{:>12.3f} mm{:>12.2f} deg{:>6.1f} %{:>6.1f} %{:>6.1f} "
+        "%{:>6.1f} %{}\n",
+        point.knob, point.value, least(point.seconds), bench.relative_seconds(point), f[1], f[2],
+        100 * f[4], 100 * f[8], 100 * f[10], 100 * f[11],
+        is_default(point.quality) ? "  default" : "");
+  }
+  return text;
+}
+
+}  // namespace lamella::apps
