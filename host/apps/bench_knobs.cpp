@@ -12,6 +12,7 @@ Knob knob(const std::string& name, const std::string& meaning, Field field,
   for (const int value : values) {
     fit::Quality quality;
     quality.*field = value;
+    if (!is_default(quality)) quality.name = name + " " + std::to_string(value);
     out.settings.push_back({std::to_string(value), quality});
   }
   return out;

@@ -105,21 +105,25 @@ std::string bench_csv(const Bench& bench) {
   return text;
 }
 
-Json bench_json(const Bench& bench) {
-  Json points = Json::array();
+v1::Bench message_from_bench(const Bench& bench, const Session& session) {
+  v1::Bench out;
+  out.set_format("lamella.bench.v1");
+  out.set_pixels(uint32_t(session.left.width) * uint32_t(session.left.height));
+  for (const double seconds : bench.default_seconds) out.add_default_seconds_s(seconds);
   for (const BenchPoint& point : bench.points) {
-    Json figures;
+    v1::BenchPoint* p = out.add_points();
+    p->set_knob(point.knob);
+    p->set_value(point.value);
+    *p->mutable_quality() = fit::message_from_quality(point.quality);
+    p->set_is_default(is_default(point.quality));
+    for (const double seconds : point.seconds) p->add_seconds_s(seconds);
+    p->set_of_default(bench.relative_seconds(point));
     for (size_t i = 0; i < point.figures.size(); ++i) {
-      figures[bench_figures()[i].name] = number(point.figures[i]);
+      if (!std::isfinite(point.figures[i])) continue;
+      (*p->mutable_figures())[bench_figures()[i].name] = point.figures[i];
     }
-    points.push_back({{"knob", point.knob},
-                      {"value", point.value},
-                      {"default", is_default(point.quality)},
-                      {"seconds_s", point.seconds},
-                      {"of_default", bench.relative_seconds(point)},
-                      {"figures", figures}});
   }
-  return {{"default_seconds_s", bench.default_seconds}, {"points", points}};
+  return out;
 }
 
 std::string bench_table(const Bench& bench) {

@@ -33,7 +33,7 @@ Bench run_bench(const Session& session, const std::vector<Knob>& knobs, int roun
 
 // The table as text for programs. Columns have their units in their names.
 std::string bench_csv(const Bench& bench);
-Json bench_json(const Bench& bench);
+v1::Bench message_from_bench(const Bench& bench, const Session& session);
 
 // For people: a line a setting.
 std::string bench_table(const Bench& bench);

@@ -10,6 +10,7 @@
 #include "apps/process_killed.h"
 #include "apps/report.h"
 #include "base/error.h"
+#include "io/json.h"
 #include "io/whole_file.h"
 
 namespace lamella::apps {
@@ -52,12 +53,13 @@ void run_bench_command(const BenchArguments& args) {
     const std::string title = fmt::format("{}, {} x {} pixels", one_line(session.subject),
                                           session.left.width, session.left.height);
     write_whole_text(folder.path() / "bench.csv", bench_csv(bench));
-    write_whole_text(folder.path() / "bench.json", bench_json(bench).dump(2) + "\n");
+    write_json(folder.path() / "bench.json", message_from_bench(bench, session),
+               Defaults::kWritten);
     write_whole_text(folder.path() / "bench.svg", bench_chart(bench, knobs, title));
     folder.commit();
   });
   if (args.json) {
-    print_json(bench_json(bench));
+    fmt::print("{}\n", to_json(message_from_bench(bench, session), Defaults::kWritten));
   } else {
     fmt::print("{}\nwrote {}: bench.csv, bench.json, bench.svg\n", bench_table(bench),
                args.out.string());

@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 
+#include "apps/bench_choice.h"
 #include "apps/commands.h"
 #include "apps/process_interrupt.h"
 #include "apps/process_killed.h"
@@ -22,10 +23,41 @@ namespace lamella::apps {
 namespace {
 
 struct FitArguments {
-  fs::path session, out;
+  fs::path session, out, bench;
   std::string until = "albedo", layers = "auto", quality = "standard";
+  double budget_s = 0;
+  std::string max_error;
   bool json = false;
+  bool has_quality = false, has_budget = false;
 };
+
+// By name, or out of what a bench measured on this machine.
+fit::Quality quality_of(const FitArguments& args, const Session& session) {
+  if (!args.has_budget && args.max_error.empty()) {
+    if (!args.bench.empty()) {
+      throw_bad_input("--bench", "nothing to choose by", "give --budget-s or --max-error too");
+    }
+    return fit::quality_from_name(args.quality);
+  }
+  if (args.has_quality) {
+    throw_bad_input("--quality", "is chosen by --budget-s and --max-error", "leave it out");
+  }
+  if (args.bench.empty()) {
+    throw_bad_input("--bench", "is needed by --budget-s and --max-error",
+                    "give the bench.json of `lamella bench`");
+  }
+  std::optional<ErrorLimit> limit;
+  if (!args.max_error.empty()) limit = error_limit_from(args.max_error);
+  v1::Bench table;
+  read_json(args.bench, &table);
+  const auto pixels = uint32_t(session.left.width * session.left.height);
+  const BenchChoice choice =
+      choose_setting(table, args.bench.string(), pixels,
+                     args.has_budget ? std::optional(args.budget_s) : std::nullopt, limit);
+  fmt::print(stderr, "lamella: fitting with {}, about {:.2g} s by {}\n",
+             one_line(choice.quality.name), choice.seconds, args.bench.string());
+  return choice.quality;
+}
 
 // Of layers that were dropped, or are in doubt: not of those that were kept.
 void print_reasons(const v1::Layers& layers) {
@@ -118,11 +150,11 @@ int run_fit(const FitArguments& args) {
     throw_bad_input(out.string(), "is the truth about a subject, not a fit",
                     "choose another place");
   }
+  const fit::Quality quality = quality_of(args, session);
   clear_half_written_beside(out);
   WholeFolder folder(out, "layers.json");
-  fit::LayeredFit fit =
-      fit::fit_layers(session, fit::step_from_name(args.until),
-                      fit::layer_use_from_name(args.layers), fit::quality_from_name(args.quality));
+  fit::LayeredFit fit = fit::fit_layers(session, fit::step_from_name(args.until),
+                                        fit::layer_use_from_name(args.layers), quality);
   folder.blame_place([&] { write_fit(&folder, session, watch, &fit); });
   if (args.json) {
     fmt::print("{}\n", to_json(fit.layers));
@@ -155,8 +187,20 @@ void add_fit(const Command& app, int* exit_code) {
       .add_option("--quality", args->quality,
                   "What to spend: draft, on blocks of 2 x 2 pixels; standard; reference")
       .shows_default();
+  command
+      .add_option("--budget-s", args->budget_s,
+                  "Seconds that the fit may take: the settings of least error within them")
+      .within(0.001, 1e6);
+  command.add_option("--max-error", args->max_error,
+                     "FIGURE<=VALUE, FIGURE a column of bench.csv: the quickest settings");
+  command.add_option("--bench", args->bench,
+                     "What --budget-s and --max-error choose by: bench.json");
   command.add_flag("--json", args->json, "Report as JSON: layers.json");
-  command.runs([args, exit_code] { *exit_code = run_fit(*args); });
+  command.runs([args, exit_code, command] {
+    args->has_quality = command.given("--quality");
+    args->has_budget = command.given("--budget-s");
+    *exit_code = run_fit(*args);
+  });
 }
 
 }  // namespace lamella::apps

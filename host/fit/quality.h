@@ -3,6 +3,8 @@
 
 #include <string>
 
+#include "layers.pb.h"
+
 namespace lamella::fit {
 
 // The defaults are `standard`: where `lamella bench` shows the knee of every curve.
@@ -20,5 +22,10 @@ struct Quality {
 
 // draft, standard or reference. Throws Error that lists the names where `name` is none of them.
 Quality quality_from_name(const std::string& name);
+
+v1::Quality message_from_quality(const Quality& quality);
+
+// Throws Error that names `where` and the field for what no fit can be run with.
+Quality quality_from_message(const v1::Quality& message, const std::string& where);
 
 }  // namespace lamella::fit

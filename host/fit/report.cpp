@@ -77,21 +77,10 @@ void put_single_layer(const std::array<SingleLayer, 3>& from, v1::Region* region
   }
 }
 
-void report_quality(const Quality& quality, v1::Layers* layers) {
-  v1::Quality* out = layers->mutable_quality();
-  out->set_name(quality.name);
-  out->set_bin_px(uint32_t(quality.bin_px));
-  out->set_occlusion_rounds(uint32_t(quality.occlusion_rounds));
-  out->set_relax_rounds(uint32_t(quality.relax_rounds));
-  out->set_lobe_samples(uint32_t(quality.lobe_samples));
-  out->set_lobe_rounds(uint32_t(quality.lobe_rounds));
-  out->set_irradiance_cells(uint32_t(quality.irradiance_cells));
-}
-
 }  // namespace
 
 void start_report(const Burst& burst, LayeredFit* fit) {
-  report_quality(burst.quality, &fit->layers);
+  *fit->layers.mutable_quality() = message_from_quality(burst.quality);
   fit->layers.set_format("lamella.layers.v1");
   fit->layers.set_ior(kIor);
   fit->maps.regions = burst.regions;

@@ -5,10 +5,12 @@
 #include <sstream>
 
 #include "apps/bench_chart.h"
+#include "apps/bench_choice.h"
 #include "apps/bench_figures.h"
 #include "apps/run_lamella.h"
+#include "base/error.h"
 #include "io/fake_session.h"
-#include "io/json_tree.h"
+#include "io/json.h"
 #include "io/whole_file.h"
 
 namespace lamella {
@@ -49,12 +51,15 @@ TEST_F(BenchCommand, WritesALineAPointAndARowForEverySettingOfAKnob) {
   run_lamella({"fit", session().string(), "--out", (session() / "truth").string()});
   const Outcome outcome = bench("bin_px");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  const auto report = json_tree(read_text(out() / "bench.json"));
-  ASSERT_EQ(report["points"].size(), 4u);
-  for (const auto& point : report["points"]) {
-    EXPECT_EQ(point["default"], point["value"] == "1");
-    EXPECT_EQ(point["figures"]["diffuse_normal_median_deg"] == 0.0, point["value"] == "1");
-    EXPECT_GT(point["of_default"], 0);
+  v1::Bench report;
+  read_json(out() / "bench.json", &report);
+  ASSERT_EQ(report.points_size(), 4);
+  for (const v1::BenchPoint& point : report.points()) {
+    const auto error_deg = point.figures().find("diffuse_normal_median_deg");
+    const bool is_exact = error_deg != point.figures().end() && error_deg->second == 0;
+    EXPECT_EQ(is_exact, point.value() == "1");
+    EXPECT_EQ(point.is_default(), point.value() == "1");
+    EXPECT_GT(point.of_default(), 0);
   }
   std::istringstream table(read_text(out() / "bench.csv"));
   int lines = 0;
@@ -64,6 +69,11 @@ TEST_F(BenchCommand, WritesALineAPointAndARowForEverySettingOfAKnob) {
   EXPECT_EQ(lines, 5);
   EXPECT_TRUE(read_text(out() / "bench.svg").ends_with("</svg>\n"));
   EXPECT_FALSE(fs::exists(out() / "fit"));
+  const std::string table_file = (out() / "bench.json").string();
+  const Outcome fit = run_lamella(
+      {"fit", session().string(), "--bench", table_file, "--max-error", "position_rms_mm<=0"});
+  EXPECT_LE(fit.exit_code, 1) << fit.err;
+  EXPECT_NE(fit.err.find("fitting with standard"), std::string::npos) << fit.err;
 }
 
 TEST_F(BenchCommand, RefusesASessionWithoutItsTruth) { refused("bin_px", "no truth"); }
@@ -107,6 +117,76 @@ TEST(Bench, HasTheDefaultOnceAmongTheSettingsOfEveryKnob) {
                       [](const apps::BenchSetting& s) { return apps::is_default(s.quality); });
     EXPECT_EQ(defaults, 1) << knob.name;
   }
+}
+
+// A default of 2 s and 0.1 mm, a draft of 1 s and 0.3 mm, a reference of 4 s and 0.08 mm.
+v1::Bench table_of_three() {
+  v1::Bench table;
+  table.set_format("lamella.bench.v1");
+  table.set_pixels(1000);
+  const auto add = [&](const char* name, double seconds, double error_mm) {
+    v1::BenchPoint* point = table.add_points();
+    point->set_value(name);
+    *point->mutable_quality() = fit::message_from_quality(fit::quality_from_name(name));
+    point->set_is_default(std::string(name) == "standard");
+    point->add_seconds_s(seconds + 1);
+    point->add_seconds_s(seconds);
+    (*point->mutable_figures())["position_rms_mm"] = error_mm;
+  };
+  add("draft", 1, 0.3);
+  add("standard", 2, 0.1);
+  add("reference", 4, 0.08);
+  return table;
+}
+
+std::string chosen(uint32_t pixels, std::optional<double> budget_s,
+                   const std::optional<apps::ErrorLimit>& limit) {
+  return apps::choose_setting(table_of_three(), "table", pixels, budget_s, limit).quality.name;
+}
+
+std::string refusal(const v1::Bench& table, std::optional<double> budget_s) {
+  try {
+    apps::choose_setting(table, "table", 1000, budget_s, {});
+  } catch (const Error& why) {
+    return why.what();
+  }
+  return "none";
+}
+
+TEST(BenchChoice, OfABudgetIsTheLeastErrorWithinIt) {
+  EXPECT_EQ(chosen(1000, 1.5, {}), "draft");
+  EXPECT_EQ(chosen(1000, 3, {}), "standard");
+  EXPECT_EQ(chosen(1000, 60, {}), "reference");
+}
+
+TEST(BenchChoice, CountsThePixelsOfTheSessionAtHand) {
+  EXPECT_EQ(chosen(2000, 3, {}), "draft");
+  EXPECT_EQ(chosen(500, 1, {}), "standard");
+}
+
+TEST(BenchChoice, OfALargestErrorIsTheQuickestBelowIt) {
+  EXPECT_EQ(chosen(1000, {}, apps::error_limit_from("position_rms_mm<=0.5")), "draft");
+  EXPECT_EQ(chosen(1000, {}, apps::error_limit_from("position_rms_mm<=0.1")), "standard");
+  EXPECT_EQ(chosen(1000, {}, apps::error_limit_from("position_rms_mm<=0.09")), "reference");
+}
+
+TEST(BenchChoice, IsRefusedWhereNothingIsWithinWhatIsAskedAndSaysWhatThereIs) {
+  EXPECT_NE(refusal(table_of_three(), 0.5).find("no setting is within 0.5 s; the quickest takes"),
+            std::string::npos)
+      << refusal(table_of_three(), 0.5);
+  EXPECT_THROW(chosen(1000, {}, apps::error_limit_from("position_rms_mm<=0.01")), Error);
+  EXPECT_THROW(chosen(1000, 1.5, apps::error_limit_from("position_rms_mm<=0.1")), Error);
+  EXPECT_THROW(apps::error_limit_from("beauty<=1"), Error);
+  EXPECT_THROW(apps::error_limit_from("position_rms_mm<0.1"), Error);
+}
+
+TEST(BenchChoice, IsRefusedFromATableThatIsNoneOrThatNoFitCanBeRunBy) {
+  v1::Bench table = table_of_three();
+  table.mutable_points(2)->mutable_quality()->set_bin_px(0);
+  EXPECT_NE(refusal(table, 60).find("quality.bin_px: 0"), std::string::npos);
+  table.mutable_points(0)->clear_seconds_s();
+  EXPECT_NE(refusal(table, 60).find("without seconds"), std::string::npos);
+  EXPECT_NE(refusal(v1::Bench(), 60).find("is no bench"), std::string::npos);
 }
 
 }  // namespace
