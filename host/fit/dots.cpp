@@ -18,6 +18,8 @@ constexpr double kOffsetSigma = 0.003;  // of the black level, relative to FRONT
 // much of the tail they leave open.
 constexpr double kTailRidge = 3, kStiffRidge = 300;
 constexpr int kJackknifeGroups = 8;
+// Of how far a pull a hundred times as stiff moves l_d: what the pull itself does to it, by twins.
+constexpr double kPullShare = 1.0 / 3;
 constexpr double kBlend_mm = 3;  // l_d goes from one region's to the next's over this
 constexpr float kHighestReflectance = 0.97f;
 
@@ -87,9 +89,10 @@ LayerContest fit_channel(const std::vector<const KernelEquations*>& dots, double
   const LayeredProfile layers = fit_layered_profile(kernel, deep, share, region->thickness_mm);
   region->ld_mm[c] = deep.ld_mm;
   // What the dots leave open is what the pull decides.
-  const double open =
-      deep.ld_mm - fit_deep_profile(solve_kernel(all, kOffsetSigma, kStiffRidge).weight).ld_mm;
-  region->ld_mm_stddev[c] = std::hypot(deep.ld_mm_stddev, jackknife_stddev(dots, all), open);
+  const double stiff_mm =
+      fit_deep_profile(solve_kernel(all, kOffsetSigma, kStiffRidge).weight).ld_mm;
+  region->ld_mm_stddev[c] = std::hypot(deep.ld_mm_stddev, jackknife_stddev(dots, all),
+                                       kPullShare * (deep.ld_mm - stiff_mm));
   region->deep_rms[c] = layers.deep_rms;
   region->alpha_dot[c] = layers.alpha_dot;
   region->alpha_dot_stddev[c] = layers.alpha_dot_stddev;

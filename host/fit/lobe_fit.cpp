@@ -17,6 +17,8 @@ constexpr float kConeCosine = 0.70710678f;   // 45 degrees, as in the paper
 constexpr int kEnoughInCone = 200;           // samples that make a lobe of their own
 constexpr double kBorrowedSpread = 0.2;      // relative: how regions differ from the whole face
 constexpr double kBorrowed = 0.5;            // samples' worth of the whole face in every region
+constexpr double kSharedError = 1.6;         // of a lobe, over what the jackknife sees
+constexpr double kSingleError = 0.02;        // relative, that no tile shows
 constexpr double kScaleSigma = 0.02;         // of the lobe's integral, 1 by definition
 constexpr float kPeakCosine = 0.98480775f;   // 10 degrees
 constexpr int kEnoughAtPeak = 5;             // samples within them
@@ -146,7 +148,8 @@ void set_table(RegionFit* fit) {
 }
 
 // Delete-a-block jackknife: tiles are left out one group at a time, so that errors which neighbours
-// share (normals, texture) count as the noise does.
+// share (normals, texture) count as the noise does. What all tiles share no tile shows: how much
+// that is twins tell.
 void set_deviations(const Blocks& blocks, const Equations& face, RegionFit* fit) {
   const Equations all = total(blocks);
   std::vector<double> variance(fit->lobe.p.size(), 0.0);
@@ -168,10 +171,11 @@ void set_deviations(const Blocks& blocks, const Equations& face, RegionFit* fit)
     }
   }
   fit->lobe.p_stddev.clear();
-  for (double v : variance) fit->lobe.p_stddev.push_back(std::sqrt(v));
-  fit->lobe.gaussian_m_stddev = std::sqrt(m_variance);
+  for (double v : variance) fit->lobe.p_stddev.push_back(kSharedError * std::sqrt(v));
+  fit->lobe.gaussian_m_stddev = kSharedError * std::sqrt(m_variance);
   for (size_t c = 0; c < 3; ++c) {
-    fit->single.amplitude_stddev[c] = std::sqrt(amplitude_variance[c]);
+    fit->single.amplitude_stddev[c] =
+        std::hypot(std::sqrt(amplitude_variance[c]), kSingleError * fit->single.amplitude[c]);
   }
 }
 
