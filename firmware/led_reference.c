@@ -1,9 +1,12 @@
 #include "led_reference.h"
 
 #include <errno.h>
+#include <limits.h>
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #include "crc32c.h"
 #include "input_file.h"
@@ -123,7 +126,7 @@ enum lam_status led_reference_read(const char* path, size_t led_count,
     return LAM_BAD_INPUT;
   }
   if (led_reference_parse(bytes, size, led_count, reference)) return LAM_OK;
-  snprintf(error, 112, "%.60s: no LED reference of this rig; learn it again", path);
+  snprintf(error, 112, "%.55s: no LED reference of this rig: remove it, then learn it", path);
   return LAM_BAD_INPUT;
 }
 
@@ -141,16 +144,25 @@ static size_t encode(const struct led_reference* reference, uint8_t bytes[kMaxFi
   return (size_t)(at - bytes) + 4;
 }
 
+// Where a link leads, if it is one; false, with errno, where that leads to nothing.
+static bool find_place(const char* path, char place[PATH_MAX]) {
+  struct stat link;
+  if (realpath(path, place) != NULL) return true;
+  if (errno != ENOENT || (lstat(path, &link) == 0 && S_ISLNK(link.st_mode))) return false;
+  return snprintf(place, PATH_MAX, "%s", path) < PATH_MAX;
+}
+
 enum lam_status led_reference_write(const char* path, const struct led_reference* reference,
                                     char error[112]) {
   static uint8_t bytes[kMaxFileBytes];
-  char beside[512];
+  char place[PATH_MAX], beside[PATH_MAX + 8];
   const size_t size = encode(reference, bytes);
-  const int length = snprintf(beside, sizeof beside, "%s.new", path);
-  FILE* file = length < (int)sizeof beside ? fopen(beside, "wb") : NULL;
+  const bool known = find_place(path, place);
+  snprintf(beside, sizeof beside, "%s.new", place);
+  FILE* file = known ? fopen(beside, "wb") : NULL;
   bool whole = file != NULL && fwrite(bytes, 1, size, file) == size;
   if (file != NULL) whole = fclose(file) == 0 && whole;
-  if (whole && rename(beside, path) == 0) return LAM_OK;
+  if (whole && rename(beside, place) == 0) return LAM_OK;
   snprintf(error, 112, "%.60s: %s", path, strerror(errno));
   return LAM_HARDWARE;
 }

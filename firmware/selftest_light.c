@@ -172,18 +172,28 @@ static size_t nearest(const struct selftest* test, const struct led_signature* s
   return best;
 }
 
+// From `own` to what was seen, at the same brightness: an LED that is weak lights what it always
+// lit.
+static double shape_distance(const struct led_signature* seen, const struct led_signature* own,
+                             double share) {
+  struct led_signature as_bright = *seen;
+  for (size_t i = 0; i < SIGNATURE_SIZE; i++) as_bright.dn[i] /= share;
+  return led_signature_distance(&as_bright, own);
+}
+
 static void judge_led(struct selftest* test, size_t led, const struct led_signature* seen) {
   const struct led_signature* own = &test->reference.leds[led];
   const double expected = led_signature_norm(own);
   if (expected == 0) return;  // hidden when it was learned
   const double share = led_signature_norm(seen) / expected;
   const double distance = led_signature_distance(seen, own) / expected;
+  const double turned = share > 0 ? shape_distance(seen, own, share) / expected : 0;
   const size_t other = nearest(test, seen);
   const double other_distance =
       led_signature_distance(seen, &test->reference.leds[other]) / expected;
   if (share < kDeadShare) {
     blame(test, led, share, "dead: check its wire, its power stage and the driver's output");
-  } else if (other != led && distance > kStrangeShare && other_distance < distance / 2) {
+  } else if (other != led && turned > kStrangeShare && other_distance < distance / 2) {
     char note[112];
     snprintf(note, sizeof note, "lights up as LED %zu (chip %u output %u) should: swapped wires",
              other, test->rig->leds[other].chip, test->rig->leds[other].output);

@@ -7,6 +7,7 @@
 
 #include "apps/burst_fetch.h"
 #include "apps/commands.h"
+#include "apps/compare_statistics.h"
 #include "apps/process_killed.h"
 #include "apps/process_rig.h"
 #include "apps/report.h"
@@ -17,6 +18,7 @@
 #include "io/json.h"
 #include "io/layer_maps.h"
 #include "io/paired_link.h"
+#include "io/store_folder.h"
 #include "io/whole_file.h"
 #include "twin/rig.h"
 
@@ -30,6 +32,7 @@ struct Options {
   std::string rig = "sim";
   fs::path out;
   SimulatedRigOptions simulated;
+  bool has_subject = false;
   bool held = false;
   bool discard_held = false;
   bool flashing_confirmed = false;
@@ -38,7 +41,7 @@ struct Options {
 };
 
 struct Summary {
-  double planned_s = 0;
+  double planned_s = 0;  // of a burst that was held, not known
   double actual_s = 0;
   double largest_edge_error_us = 0;
   double megabytes = 0;
@@ -63,22 +66,23 @@ Summary summarise(const Burst& burst, const Reception& reception) {
 
 void print_report(const Options& options, const Burst& burst, const Reception& reception) {
   const Summary s = summarise(burst, reception);
-  const nlohmann::ordered_json report = {{"session", options.out.string()},
-                                         {"frames", reception.offers.size()},
-                                         {"raw_bytes", reception.raw_bytes},
-                                         {"burst_planned_s", s.planned_s},
-                                         {"burst_actual_s", s.actual_s},
-                                         {"edges", reception.timing.edges_size()},
-                                         {"largest_edge_error_us", s.largest_edge_error_us},
-                                         {"late_edges", burst.late_edges},
-                                         {"marked", reception.marked},
-                                         {"shortfall", burst.shortfall},
-                                         {"unfit", reception.unfit},
-                                         {"warnings", reception.warnings},
-                                         {"retaken", reception.retaken},
-                                         {"verdict", burst.verdict},
-                                         {"transfer_s", reception.transfer_s},
-                                         {"megabytes_per_s", s.megabytes_per_s}};
+  const nlohmann::ordered_json report = {
+      {"session", options.out.string()},
+      {"frames", reception.offers.size()},
+      {"raw_bytes", reception.raw_bytes},
+      {"burst_planned_s", s.planned_s > 0 ? number(s.planned_s) : Json()},
+      {"burst_actual_s", s.actual_s},
+      {"edges", reception.timing.edges_size()},
+      {"largest_edge_error_us", s.largest_edge_error_us},
+      {"late_edges", burst.late_edges},
+      {"marked", reception.marked},
+      {"shortfall", burst.shortfall},
+      {"unfit", reception.unfit},
+      {"warnings", reception.warnings},
+      {"retaken", reception.retaken},
+      {"verdict", burst.verdict},
+      {"transfer_s", reception.transfer_s},
+      {"megabytes_per_s", s.megabytes_per_s}};
   print_json(report);
 }
 
@@ -86,7 +90,8 @@ void print_table(const Options& options, const Burst& burst, const Reception& re
   const Summary s = summarise(burst, reception);
   fmt::print("captured {}\n", options.out.string());
   fmt::print("  photographs  {}, {:.1f} MB raw\n", reception.offers.size(), s.megabytes);
-  fmt::print("  burst        {:.3f} s planned, {:.3f} s played\n", s.planned_s, s.actual_s);
+  const std::string planned = s.planned_s > 0 ? fmt::format("{:.3f} s planned, ", s.planned_s) : "";
+  fmt::print("  burst        {}{:.3f} s played\n", planned, s.actual_s);
   fmt::print("  edges        {}, largest error {:.1f} us, {} late\n", reception.timing.edges_size(),
              s.largest_edge_error_us, burst.late_edges);
   fmt::print("  received and developed in {:.2f} s, {:.0f} MB/s\n", reception.transfer_s,
@@ -117,6 +122,18 @@ void add_regions_of_truth(const fs::path& folder, v1::Session* manifest) {
   }
   write_json(folder / "session.json", *manifest);
   fs::copy_file(labels, folder / "regions.png");
+}
+
+// A calibration's is who sat there when the rig was calibrated.
+void name_subject(const Options& options, const fs::path& folder, v1::Session* manifest) {
+  if (options.rig == "sim" || !options.has_subject) return;
+  manifest->set_subject(options.simulated.subject);
+  write_json(folder / "session.json", *manifest);
+}
+
+std::string fault_of_subject(const std::string& name) {
+  constexpr size_t kMostBytes = 63;  // PROTOCOL.md, BurstRequest
+  return name.size() <= kMostBytes ? "" : fmt::format("at most {} bytes", kMostBytes);
 }
 
 // A rig of metal obeys none of these.
@@ -194,6 +211,7 @@ int capture_from(const std::string& address, const Options& options, WholeFolder
     Progress progress("photographs", int(burst.frame_count));
     reception = receive_session(&rig, burst, *folder, [&](int n) { progress.advance(n); });
     add_regions_of_truth(folder->path(), &reception.manifest);
+    name_subject(options, folder->path(), &reception.manifest);
     if (options.rig != "sim") note_burst(&rig, burst, reception, folder->path());
     folder->commit();
     sync_to_disk(options.out);
@@ -225,6 +243,7 @@ int capture_simulated(Options options, WholeFolder* folder) {
 }
 
 int capture(const Options& options) {
+  require_outside_stores(options.out);
   if (!options.replace && fs::exists(options.out / "session.json")) {
     throw_bad_input(options.out.string(), "holds a session already",
                     "give another --out, or --replace to lose that one, its fit included");
@@ -251,7 +270,9 @@ void add_capture(const Command& app, int* exit_code) {
       .check(rig_address(Simulated::kToo))
       .shows_default();
   command.add_option("--out", options->out, "Folder of the new session").required();
-  command.add_option("--subject", simulated->subject, "Name; for sim: head or sphere")
+  command
+      .add_option("--subject", simulated->subject, "Name, in the session; for sim: head or sphere")
+      .check(fault_of_subject)
       .shows_default();
   command.add_option("--seed", simulated->seed, "Of the simulated noise and skin")
       .check(fault_of_whole_number)
@@ -278,6 +299,10 @@ void add_capture(const Command& app, int* exit_code) {
   command.add_flag("--json", options->json, "Report as JSON");
   command.runs([command, options, exit_code] {
     if (options->rig != "sim") require_for_simulated_rig(command);
+    options->has_subject = command.given("--subject");
+    if (options->held && options->discard_held) {
+      throw_bad_input("--discard-held", "gives up what --held fetches", "give one of them");
+    }
     *exit_code = capture(*options);
   });
 }

@@ -135,8 +135,11 @@ int run_plan(const PlanArguments& args) {
   }
   const fs::path rig_file = find_rig_file(args.rig_file);
   for (const fs::path& out : {args.svg, args.vcd}) {
-    if (is_same_file(out, rig_file)) {
-      throw_bad_input(out.string(), "is the rig file itself", "name another file");
+    for (const fs::path& read : files_of_rig(rig_file)) {
+      if (!is_same_file(out, read)) continue;
+      throw_bad_input(out.string(),
+                      read == rig_file ? "is the rig file itself" : "is the rig's list of LEDs",
+                      "name another file");
     }
   }
   if (is_same_file(args.svg, args.vcd)) {

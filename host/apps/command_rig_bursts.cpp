@@ -140,6 +140,7 @@ void tend_to_each(BurstSource* source, const std::function<void(const v1::HeldBu
 
 void begin_in(const fs::path& out) {
   require_folder_place(out);
+  require_outside_stores(out);
   clear_half_written_in(out);
 }
 
@@ -187,6 +188,18 @@ std::unique_ptr<RecalibratedSource> recalibrated(const Arguments& args) {
   return std::make_unique<RecalibratedSource>(source_of(args), args.calibration);
 }
 
+// A store without its counter is one too, where it is the one that is read.
+void require_outside_store_read(const Arguments& args) {
+  if (args.store.empty()) return;
+  const fs::path store = fs::canonical(args.store);
+  const fs::path out = fs::weakly_canonical(fs::absolute(args.out));
+  const auto [end, ignored] = std::mismatch(store.begin(), store.end(), out.begin(), out.end());
+  if (end == store.end()) {
+    throw_bad_input(args.out.string(), "is in the store that is read",
+                    "name a folder outside " + args.store.string());
+  }
+}
+
 // Exit 1 where a burst is not whole, 3 where one could not be fetched.
 int run_recover(const Arguments& args) {
   if (args.store.empty()) {
@@ -197,7 +210,10 @@ int run_recover(const Arguments& args) {
   const std::unique_ptr<RecalibratedSource> other = recalibrated(args);
   const std::unique_ptr<BurstSource> own = other ? nullptr : source_of(args);
   BurstSource* source = other ? other.get() : own.get();
-  if (!args.out.empty()) begin_in(args.out);
+  if (!args.out.empty()) {
+    require_outside_store_read(args);
+    begin_in(args.out);
+  }
   nlohmann::ordered_json bursts = nlohmann::ordered_json::array();
   int partial = 0, whole = 0, exit_code = 0;
   const auto explain = [&](const v1::HeldBurst& held) {

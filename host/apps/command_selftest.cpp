@@ -103,7 +103,17 @@ v1::SelftestResult test_with(LinkClient rig, const Arguments& args) {
   });
 }
 
+void require_learning_of_leds(const Arguments& args) {
+  const bool reads_leds =
+      args.only.empty() || std::count(args.only.begin(), args.only.end(), "leds");
+  if (args.learn && !reads_leds) {
+    throw_bad_input("--learn", "learns how the LEDs light the stage, which --only leaves out",
+                    "add leds to --only");
+  }
+}
+
 v1::SelftestResult test(const Arguments& args) {
+  require_learning_of_leds(args);
   LinkOptions link;
   link.interrupted = interrupted;
   catch_interrupts();

@@ -23,6 +23,7 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 
+constexpr int kBadInputExit = 2;  // of both programs
 constexpr milliseconds kLook{10};
 constexpr milliseconds kGrace{3000};  // between asking a child to end and ending it
 
@@ -124,7 +125,10 @@ std::string ChildProcess::wait_for_line(const Awaited& awaited,
     }
     const std::string said = last_words().empty() ? "" : ": " + last_words();
     if (interrupted()) throw Error(Fault::kRig, "", "interrupted, nothing was kept");
-    if (ended) throw Error(Fault::kRig, name_, "ended before it was ready" + said);
+    if (ended) {
+      const Fault fault = exit_code_ == kBadInputExit ? Fault::kBadInput : Fault::kRig;
+      throw Error(fault, name_, "ended before it was ready" + said);
+    }
     if (steady_clock::now() > end) {
       throw Error(Fault::kRig, name_,
                   fmt::format("still {} after {:g} s", awaited.work, awaited.longest_s) + said,

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <fstream>
+#include <regex>
 #include <thread>
 
 #include "base/error.h"
@@ -52,6 +54,18 @@ std::string find_rig_file(const fs::path& name) {
   if (is_bare && fs::exists(shipped)) return shipped.string();
   throw_bad_input("--rig-file", "\"" + name.string() + "\": no such file",
                   "rigs that ship: " + shipped_rigs());
+}
+
+std::vector<fs::path> files_of_rig(const fs::path& rig_file) {
+  std::vector<fs::path> files{rig_file};
+  if (!fs::is_regular_file(rig_file)) return files;  // to be refused: a pipe would be waited for
+  const std::regex leds("^\\s*leds\\.file\\s*=\\s*([^#]*[^#\\s]).*");
+  std::ifstream text(rig_file);
+  for (std::string line; std::getline(text, line);) {
+    std::smatch match;
+    if (std::regex_match(line, match, leds)) files.push_back(rig_file.parent_path() / match.str(1));
+  }
+  return files;
 }
 
 std::string shipped_rigs() {

@@ -31,6 +31,9 @@ std::string shipped_rigs();
 // Throws Error (kBadInput) where there is none.
 std::string find_rig_file(const fs::path& name);
 
+// What is read of a rig: that file, and the list of LEDs that it names.
+std::vector<fs::path> files_of_rig(const fs::path& rig_file);
+
 // Throws Error (kBadInput) that names the option where the twin or the firmware would refuse it, so
 // that nobody waits for the twin to hear of a mistyped name.
 void require_simulated_rig(const SimulatedRigOptions& options);

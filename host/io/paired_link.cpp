@@ -10,9 +10,25 @@ bool is_loopback(const std::string& address) {
          address.starts_with("[::1]:");
 }
 
+namespace {
+
+std::string port_of(const std::string& address) { return address.substr(address.rfind(':') + 1); }
+
+// This computer has several names, and a rig on it one port.
+const KnownRig* known_at(const KnownRigs& known, const std::string& address) {
+  const KnownRig* here = known.at(address);
+  if (here || !is_loopback(address)) return here;
+  for (const KnownRig& rig : known.rigs()) {
+    if (is_loopback(rig.address) && port_of(rig.address) == port_of(address)) return &rig;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
 std::optional<TlsOptions> tls_for(const std::string& address, const fs::path& folder) {
   const KnownRigs known(folder);
-  const KnownRig* here = known.at(address);
+  const KnownRig* here = known_at(known, address);
   if (!here && is_loopback(address)) return {};
   if (known.rigs().empty()) {
     throw Error(Fault::kRig, "rig " + address, "not paired with this host",

@@ -99,6 +99,22 @@ bool take_record(std::string* bytes, google::protobuf::MessageLite* message) {
   return true;
 }
 
+bool is_rigs_store(const fs::path& folder) {
+  v1::BurstCounter counter;
+  return read_record(folder / "counter", &counter);
+}
+
+void require_outside_stores(const fs::path& place) {
+  std::error_code failed;  // then it is looked at as it is named
+  fs::path at = fs::weakly_canonical(fs::absolute(place), failed);
+  if (failed) at = fs::absolute(place);
+  for (; at.has_relative_path(); at = at.parent_path()) {
+    if (!is_rigs_store(at)) continue;
+    throw_bad_input(place.string(), "is in a rig's own store, " + at.string(),
+                    "name a folder outside it");
+  }
+}
+
 StoreFolder::StoreFolder(fs::path folder) : folder_(std::move(folder)) {
   if (!fs::is_directory(folder_)) {
     throw_bad_input(folder_.string(), "is no folder",

@@ -39,6 +39,13 @@ class StoreFolder : public BurstSource {
   std::map<uint64_t, Found> bursts_;
 };
 
+// Whether `folder` is where a rig keeps its bursts: its counter of bursts lies there.
+bool is_rigs_store(const std::filesystem::path& folder);
+
+// Throws Error where `place` is such a folder, or lies in one: what a host puts there a rig does
+// not know, and it would not start again.
+void require_outside_stores(const std::filesystem::path& place);
+
 // The record at the front of `bytes`, from which it is cut; false where there is no sound one.
 bool take_record(std::string* bytes, google::protobuf::MessageLite* message);
 

@@ -138,6 +138,23 @@ TEST(RigPlan, WritesNoOutputOverTheRigFileThatItPlansWhateverItIsCalled) {
   }
 }
 
+TEST(RigPlan, WritesNoOutputOverTheListOfLedsThatItsRigFileNames) {
+  const testing::ScratchFolder folder;
+  const fs::path mine = folder.path() / "mine.rig", leds = folder.path() / "dome150.leds";
+  fs::copy_file(fs::path(LAMELLA_BOARD_DIR) / "dome150.leds", leds);
+  fs::copy_file(fs::path(LAMELLA_BOARD_DIR) / "sim.rig", mine);
+  fs::create_symlink("dome150.leds", folder.path() / "link");
+  const std::string text = read_text(leds);
+  for (const fs::path& out : {leds, folder.path() / "link"}) {
+    for (const char* option : {"--svg", "--vcd"}) {
+      const Outcome outcome = run_lamella({"rig", "plan", "--rig-file", mine, option, out});
+      EXPECT_EQ(outcome.exit_code, 2);
+      EXPECT_NE(outcome.err.find("is the rig's list of LEDs"), std::string::npos) << outcome.err;
+      EXPECT_EQ(read_text(leds), text);
+    }
+  }
+}
+
 TEST(RigPlan, WritesNoTwoOutputsIntoOneFile) {
   const testing::ScratchFolder folder;
   const std::string file = folder.path() / "same";

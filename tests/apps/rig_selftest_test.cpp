@@ -96,6 +96,13 @@ TEST(RigSelftest, ShowsOnATerminalHowLongItWaitsAndHowManyPartsAreRead) {
   EXPECT_NE(shown.find("self-test, parts read 0/2"), std::string::npos) << shown;
 }
 
+TEST(RigSelftest, DoesNotLearnTheLedsFromPartsThatLeaveThemOut) {
+  const Outcome outcome =
+      run_lamella({"rig", "selftest", "--rig", "sim", "--learn", "--only", "chain"});
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.err.find("--learn: learns how the LEDs"), std::string::npos) << outcome.err;
+}
+
 TEST(RigSelftest, PartsThatAreNoneAreRefusedAtOnce) {
   const Outcome run = run_lamella({"rig", "selftest", "--rig", "sim", "--only", "engine"});
   EXPECT_EQ(run.exit_code, 2);

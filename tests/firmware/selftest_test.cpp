@@ -191,6 +191,16 @@ TEST(Selftest, DeadWeakAndSwappedLedsAreNamedByNumberChipAndOutput) {
   }
 }
 
+// At half its brightness an LED is nearer to a neighbour that was always dim than to itself.
+TEST(Selftest, AnLedThatIsWeakIsWeakWhicheverItIs) {
+  for (const char* fault : {"weak-led:3", "weak-led:0", "weak-led:9", "weak-led:100"}) {
+    Bench bench({fault});
+    bench.learn();
+    EXPECT_EQ(bench.run(only(SELFTEST_LEDS)).blamed, 1u);
+    EXPECT_NE(bench.text().find("weak: dirt"), std::string::npos) << fault << bench.text();
+  }
+}
+
 // A chip's LEDs together look the same whichever of them is wired where.
 TEST(Selftest, LedsSwappedWithinAChipAreForTheFullTest) {
   Bench bench({"swapped-leds:40:61"});
@@ -313,6 +323,22 @@ TEST(Selftest, PartsAreFoundByTheirNames) {
     EXPECT_EQ(selftest_part_named(selftest_part_name(selftest_part(i))), i);
   }
   EXPECT_EQ(selftest_part_named("engine"), SELFTEST_PARTS);
+}
+
+TEST(LedReference, GoesWhereALinkLeadsAndStaysALinkItself) {
+  Bench bench;
+  bench.learn();
+  char folder[] = "/tmp/lamella-reference-XXXXXX";
+  const std::filesystem::path place = mkdtemp(folder);
+  const std::string link = place / "link";
+  char error[112] = "";
+  std::filesystem::create_symlink("leds", link);
+  EXPECT_EQ(led_reference_write(link.c_str(), &bench.test.reference, error), LAM_HARDWARE);
+  std::ofstream(place / "leds") << "an older one";
+  EXPECT_EQ(led_reference_write(link.c_str(), &bench.test.reference, error), LAM_OK) << error;
+  EXPECT_TRUE(std::filesystem::is_symlink(link));
+  EXPECT_GT(std::filesystem::file_size(place / "leds"), 1000u);
+  std::filesystem::remove_all(place);
 }
 
 TEST(LedReference, ComesBackFromItsFileAndADamagedOneIsRefused) {

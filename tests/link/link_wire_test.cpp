@@ -386,6 +386,18 @@ TEST_F(Wire, AttemptsToPairAreFewAMinute) {
   EXPECT_TRUE(says(line, "TOO_OFTEN"));
 }
 
+TEST_F(Wire, ARigOnThisComputerIsTheSameByAnyOfItsNames) {
+  KnownRigs known(folder / "host");
+  known.add({rig_key(), "127.0.0.1:7420", "near"});
+  for (const char* address : {"localhost:7420", "127.1:7420", "[::1]:7420"}) {
+    const auto here = tls_for(address, folder / "host");
+    ASSERT_TRUE(here) << address;
+    EXPECT_TRUE(here->accepts(rig_key()));
+    EXPECT_FALSE(here->accepts(identity("another rig")->fingerprint()));
+  }
+  EXPECT_FALSE(tls_for("localhost:7421", folder / "host"));
+}
+
 TEST_F(Wire, BeyondLoopbackOnlyPairedRigsAreSpokenTo) {
   EXPECT_TRUE(says(failure([&] { tls_for("192.0.2.1:7420", folder / "host"); }), "not paired"));
   EXPECT_FALSE(tls_for("127.0.0.1:7420", folder / "host"));
