@@ -3,6 +3,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -42,4 +43,14 @@ bool input_file_read(const char* path, void* bytes, size_t room, size_t* size,
   if (good && !read_all(fd, bytes, room, size)) good = refuse(why, strerror(errno));
   close(fd);
   return good;
+}
+
+bool input_file_place(const char* path, char place[PATH_MAX]) {
+  char leads_to[1];
+  if (realpath(path, place) != NULL) return true;
+  if (errno != ENOENT) return false;
+  const bool is_link = readlink(path, leads_to, sizeof leads_to) >= 0;
+  errno = ENOENT;
+  if (is_link) return false;
+  return snprintf(place, PATH_MAX, "%s", path) < PATH_MAX;
 }

@@ -3,6 +3,7 @@
 #ifndef LAMELLA_FIRMWARE_INPUT_FILE_H
 #define LAMELLA_FIRMWARE_INPUT_FILE_H
 
+#include <limits.h>
 #include <stdbool.h>
 #include <stddef.h>
 
@@ -12,5 +13,8 @@ enum { INPUT_FILE_WHY_CHARS = 96 };
 // where there is no such file.
 bool input_file_read(const char* path, void* bytes, size_t room, size_t* size,
                      char why[INPUT_FILE_WHY_CHARS]);
+
+// Where `path` leads, be it a link or not; false, with errno, for a link to nothing.
+bool input_file_place(const char* path, char place[PATH_MAX]);
 
 #endif

@@ -4,9 +4,7 @@
 #include <limits.h>
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 #include "crc32c.h"
 #include "input_file.h"
@@ -144,20 +142,12 @@ static size_t encode(const struct led_reference* reference, uint8_t bytes[kMaxFi
   return (size_t)(at - bytes) + 4;
 }
 
-// Where a link leads, if it is one; false, with errno, where that leads to nothing.
-static bool find_place(const char* path, char place[PATH_MAX]) {
-  struct stat link;
-  if (realpath(path, place) != NULL) return true;
-  if (errno != ENOENT || (lstat(path, &link) == 0 && S_ISLNK(link.st_mode))) return false;
-  return snprintf(place, PATH_MAX, "%s", path) < PATH_MAX;
-}
-
 enum lam_status led_reference_write(const char* path, const struct led_reference* reference,
                                     char error[112]) {
   static uint8_t bytes[kMaxFileBytes];
   char place[PATH_MAX], beside[PATH_MAX + 8];
   const size_t size = encode(reference, bytes);
-  const bool known = find_place(path, place);
+  const bool known = input_file_place(path, place);
   snprintf(beside, sizeof beside, "%s.new", place);
   FILE* file = known ? fopen(beside, "wb") : NULL;
   bool whole = file != NULL && fwrite(bytes, 1, size, file) == size;
