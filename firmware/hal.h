@@ -29,8 +29,12 @@ struct hal_senses {
   bool start_pressed;            // its line is 1
   bool estopped;                 // its line is 0, so that a broken wire stops too: no LED supply
   bool at_parallel, at_crossed;  // the actuator's end stops
+  bool stuck;                    // it moves for half as long again as a move takes
   double hottest_c;              // of the thermistors; NaN where there are none
 };
+
+// What is told of an actuator that is.
+#define HAL_STUCK "the analyser's actuator has not reached its end stop: is it stuck?"
 
 // An edge of BLANK or TRIGGER as a loop-back input saw it, by the kernel's own time.
 struct hal_seen_edge {

@@ -132,9 +132,9 @@ static enum lam_status sense(void* self, struct hal_senses* senses) {
       .estopped = board->rig->board.estop_line[0] != '\0' && levels[LINUX_ESTOP] == 0,
       .at_parallel = levels[LINUX_AT_PARALLEL] == 1,
       .at_crossed = levels[LINUX_AT_CROSSED] == 1,
+      .stuck = linux_actuator_is_stuck(&board->actuator, linux_now_us()),
       .hottest_c = board->thermometer.hottest_c};
-  if (!linux_actuator_is_stuck(&board->actuator, linux_now_us())) return LAM_OK;
-  return fail(board, "the analyser's actuator has not reached its end stop: is it stuck?");
+  return LAM_OK;
 }
 
 // --- Actuator ---
@@ -157,6 +157,7 @@ static enum lam_status await_rest(struct hal_linux* board) {
   struct hal_senses senses;
   do {
     if (sense(board, &senses) != LAM_OK) return LAM_HARDWARE;
+    if (senses.stuck) return fail(board, HAL_STUCK);
     if (board->actuator.moving) linux_wait_until_us(linux_now_us() + kStandEveryUs, 0);
   } while (board->actuator.moving);
   if (senses.at_parallel && senses.at_crossed) {

@@ -36,7 +36,9 @@ void session_watch(struct session* session) {
   if (hal_beat(hal) != LAM_OK) {
     session_fail(session, LAM_PART_OTHER, hal->error);
   } else if (hal->sense(hal->self, &senses) != LAM_OK) {
-    session_fail(session, LAM_PART_ACTUATOR, hal->error);
+    session_fail(session, LAM_PART_OTHER, hal->error);
+  } else if (senses.stuck) {
+    session_fail(session, LAM_PART_ACTUATOR, HAL_STUCK);
   } else if (senses.estopped) {
     session_fail(session, LAM_PART_ESTOP, "the emergency stop is pressed: release it, then abort");
   } else if (senses.hottest_c > hottest_board_c(session->rig)) {
