@@ -54,6 +54,44 @@ void selftest_begin(struct selftest* test, unsigned parts, bool quick, bool lear
   test->shots = 0;
 }
 
+void selftest_tell(const struct selftest_reading* r, char text[SELFTEST_WHY_CHARS]) {
+  char value[32] = "";
+  const bool is_number = !isnan(r->value) && strcmp(r->unit, "yes/no") != 0;
+  if (is_number) snprintf(value, sizeof value, " %.4g %s", r->value, r->unit);
+  snprintf(text, SELFTEST_WHY_CHARS, "%s%s%s%s", r->what, value, r->note[0] != '\0' ? ": " : "",
+           r->note);
+}
+
+void selftest_condemn(struct selftest* test, enum selftest_part part, const char* why) {
+  test->unfit |= 1u << part;
+  snprintf(test->why[part], sizeof test->why[part], "%s", why);
+}
+
+static void acquit(struct selftest* test, enum selftest_part part) {
+  if (part == SELFTEST_LEDS) test->needs_full = false;
+  test->unfit &= ~(1u << part);
+  test->why[part][0] = '\0';
+}
+
+// Of the part that was just tested; one that was only skipped stays what it was.
+static void judge(struct selftest* test) {
+  const struct selftest_reading* first_bad = NULL;
+  bool good = false;
+  for (size_t i = test->count; i > 0 && test->readings[i - 1].part == test->part; i--) {
+    const struct selftest_reading* r = &test->readings[i - 1];
+    if (r->verdict == SELFTEST_BAD) first_bad = r;
+    good = good || r->verdict == SELFTEST_GOOD;
+  }
+  if (first_bad != NULL) {
+    char why[SELFTEST_WHY_CHARS];
+    selftest_tell(first_bad, why);
+    selftest_condemn(test, test->part, why);
+    if (test->part == SELFTEST_LEDS && !test->quick) test->needs_full = true;
+  } else if (good) {
+    acquit(test, test->part);
+  }
+}
+
 bool selftest_work(struct selftest* test) {
   if (!test->running) return false;
   while (test->part < SELFTEST_PARTS && !(test->parts >> test->part & 1)) test->part++;
@@ -65,6 +103,7 @@ bool selftest_work(struct selftest* test) {
     test->step++;
     return true;
   }
+  judge(test);
   test->part++;
   test->step = test->shots = 0;
   return true;
@@ -76,8 +115,8 @@ void selftest_abandon(struct selftest* test) {
 }
 
 enum lam_part selftest_failed_part(const struct selftest* test) {
-  for (size_t i = 0; i < test->count; i++) {
-    if (test->readings[i].verdict == SELFTEST_BAD) return kParts[test->readings[i].part].panel;
+  for (int i = 0; i < SELFTEST_PARTS; i++) {
+    if (test->unfit >> i & 1) return kParts[i].panel;
   }
   return LAM_PART_OTHER;
 }

@@ -26,7 +26,7 @@ enum selftest_part {
   SELFTEST_PARTS,
 };
 
-enum { SELFTEST_MAX_READINGS = 48 };
+enum { SELFTEST_MAX_READINGS = 48, SELFTEST_WHY_CHARS = 192 };
 #define SELFTEST_ALL ((1u << SELFTEST_PARTS) - 1)
 
 enum selftest_verdict { SELFTEST_GOOD, SELFTEST_BAD, SELFTEST_SKIPPED };
@@ -54,6 +54,12 @@ struct selftest {
   struct led_reference reference;    // not learned: LEDs are told dead or alive, no more
   const char* reference_path;        // where a learned one is kept; NULL: nowhere
   const struct selftest_disk* disk;  // NULL: photographs are kept in memory alone
+
+  // Of all runs: what was found bad and not good since, bit by selftest_part, and of each part its
+  // first bad reading in words.
+  unsigned unfit;
+  bool needs_full;  // LEDs are unfit by a test that was not quick: a quick one may miss why
+  char why[SELFTEST_PARTS][SELFTEST_WHY_CHARS];
 
   // Of the run under way, or of the last one.
   unsigned parts;  // bit by selftest_part
@@ -94,8 +100,14 @@ bool selftest_work(struct selftest* test);
 // Stops a test that is under way; lights off.
 void selftest_abandon(struct selftest* test);
 
-// What the panel tells of a rig that failed: of the first bad reading. Only where `bad` > 0.
+// What the panel tells of an unfit rig: of its first unfit part.
 enum lam_part selftest_failed_part(const struct selftest* test);
+
+// What was read, and what to do, in one line.
+void selftest_tell(const struct selftest_reading* reading, char text[SELFTEST_WHY_CHARS]);
+
+// The part is unfit from now on, until a test finds it good.
+void selftest_condemn(struct selftest* test, enum selftest_part part, const char* why);
 
 // For the parts themselves. A reading between its limits is good.
 struct selftest_reading* selftest_read(struct selftest* test, const char* what, double value,

@@ -49,54 +49,32 @@ void standalone_init(struct standalone* alone, struct session* session, struct s
   alone->hal = session->hal;
   alone->session = session;
   alone->selftest = selftest;
+  alone->parts = parts;
   panel_init(&alone->panel, now_us(alone));
   begin_test(alone, parts, true, false);
 }
 
-// What was read, and what to do.
-static void describe(const struct selftest_reading* r, char text[192]) {
-  char value[32] = "";
-  const bool is_number = !isnan(r->value) && strcmp(r->unit, "yes/no") != 0;
-  if (is_number) snprintf(value, sizeof value, " %.4g %s", r->value, r->unit);
-  snprintf(text, 192, "%s%s%s%.104s", r->what, value, r->note[0] != '\0' ? ": " : "", r->note);
-}
-
 static void report_test(const struct selftest* test) {
   for (size_t i = 0; i < test->count; i++) {
-    char text[192];
+    char text[SELFTEST_WHY_CHARS];
     const struct selftest_reading* r = &test->readings[i];
     if (r->verdict != SELFTEST_BAD) continue;
-    describe(r, text);
+    selftest_tell(r, text);
     fprintf(stderr, "lamella-rigd: self-test: %s: %s\n", selftest_part_name(r->part), text);
   }
 }
 
-// Where the wire that darkens all lights was found bad nobody gets a burst, until a later test of
-// it finds it good.
-static void judge_darkness(struct standalone* alone) {
-  const struct selftest* test = alone->selftest;
-  if (!(test->parts >> SELFTEST_BLANK & 1)) return;
-  alone->session->unfit[0] = '\0';
-  for (size_t i = 0; i < test->count; i++) {
-    char text[192];
-    const struct selftest_reading* r = &test->readings[i];
-    if (r->part != SELFTEST_BLANK || r->verdict != SELFTEST_BAD) continue;
-    describe(r, text);
-    snprintf(alone->session->unfit, sizeof alone->session->unfit, "%.127s", text);
-    return;
-  }
+// Where nothing is under way: ready, or at fault as a burst or self-tests left it.
+static enum panel_code resting_code(const struct standalone* alone) {
+  const struct session* session = alone->session;
+  if (session->state == lamella_v1_RigState_FAULT) return fault_code(session->fault_part);
+  if (alone->selftest->unfit == 0) return PANEL_READY;
+  return fault_code(selftest_failed_part(alone->selftest));
 }
 
-// Where nothing is under way: ready, or at fault as the self-test left it.
 static void rest(struct standalone* alone) {
-  const struct selftest* test = alone->selftest;
-  if (!alone->test_failed) {
-    go(alone, STANDALONE_READY, PANEL_READY);
-  } else if (test->bad > 0) {
-    go(alone, STANDALONE_FAULT, fault_code(selftest_failed_part(test)));
-  } else {
-    go(alone, STANDALONE_FAULT, PANEL_FAULT_LED_CHAIN);  // unfit since an earlier test
-  }
+  const enum panel_code code = resting_code(alone);
+  go(alone, code == PANEL_READY ? STANDALONE_READY : STANDALONE_FAULT, code);
 }
 
 static void test(struct standalone* alone) {
@@ -104,10 +82,22 @@ static void test(struct standalone* alone) {
   if (selftest_work(selftest)) return;
   notify_testing(false);
   alone->session->stands_crossed = selftest->stands_crossed;
-  judge_darkness(alone);
-  alone->test_failed = selftest->bad > 0 || alone->session->unfit[0] != '\0';
+  // Where the wire that darkens all lights is bad nobody gets a burst.
+  snprintf(alone->session->unfit, sizeof alone->session->unfit, "%.127s",
+           selftest->why[SELFTEST_BLANK]);
   report_test(selftest);
   rest(alone);
+}
+
+// Found outside a self-test: unfit until one finds it good, or the button has it tested.
+static void condemn(struct standalone* alone, enum lam_part part) {
+  if (part == LAM_PART_ESTOP) {
+    selftest_condemn(alone->selftest, SELFTEST_ESTOP,
+                     "pressed: release it, then press START, which tests it");
+  } else if (part == LAM_PART_HEAT) {
+    selftest_condemn(alone->selftest, SELFTEST_TEMPERATURE,
+                     "too hot: let the LEDs cool, then press START, which tests them");
+  }
 }
 
 // What the inputs forbid before anything is asked of the rig.
@@ -115,18 +105,17 @@ static void watch(struct standalone* alone, const struct hal_senses* senses) {
   const struct rig* rig = alone->rig;
   const double most_c =
       rig->leds_highest_junction_c - rig->leds_power_w * rig->leds_thermal_k_per_w;
-  if (senses->estopped) {
-    go(alone, STANDALONE_FAULT, PANEL_FAULT_ESTOP);
-  } else if (senses->hottest_c > most_c) {
-    go(alone, STANDALONE_FAULT, PANEL_FAULT_HOT);
-  }
+  const bool hot = senses->hottest_c > most_c;
+  if (!senses->estopped && !hot) return;
+  condemn(alone, senses->estopped ? LAM_PART_ESTOP : LAM_PART_HEAT);
+  rest(alone);
 }
 
 // Fault cleared, and the rig tested again before it says that it is ready.
 static void recover(struct standalone* alone) {
   if (alone->session->state == lamella_v1_RigState_FAULT) session_abort(alone->session);
-  const bool unfit = alone->session->unfit[0] != '\0';
-  begin_test(alone, alone->selftest->parts | (unfit ? 1u << SELFTEST_BLANK : 0), true, false);
+  const struct selftest* test = alone->selftest;
+  begin_test(alone, alone->parts | test->unfit, !test->needs_full, false);
 }
 
 static void click(struct standalone* alone) {
@@ -138,7 +127,7 @@ static void click(struct standalone* alone) {
   } else if (alone->state == STANDALONE_FAULT) {
     recover(alone);
   } else if (alone->state == STANDALONE_COUNTDOWN || alone->state == STANDALONE_VERDICT) {
-    go(alone, STANDALONE_READY, PANEL_READY);
+    rest(alone);
   }
 }
 
@@ -174,9 +163,10 @@ static void begin_burst(struct standalone* alone) {
 static void give_verdict(struct standalone* alone) {
   const struct session* session = alone->session;
   if (session->state == lamella_v1_RigState_FAULT) {
-    go(alone, STANDALONE_FAULT, fault_code(session->fault_part));
+    condemn(alone, session->fault_part);
+    rest(alone);
   } else if (session->done.burst_id != session->burst_id) {  // aborted by a host
-    go(alone, STANDALONE_READY, PANEL_READY);
+    rest(alone);
   } else {
     const enum panel_code kept = session->done.retaken > 0 ? PANEL_RETAKEN : PANEL_GOOD;
     go(alone, STANDALONE_VERDICT, session->done.marked ? PANEL_MARKED : kept);
@@ -201,16 +191,9 @@ static void pass_time(struct standalone* alone) {
   const double in_state_us = now_us(alone) - alone->since_us;
   const double countdown_us = panel_pattern_length_us(&kPanelTable[PANEL_COUNTDOWN].buzzer);
   if (alone->state == STANDALONE_COUNTDOWN && in_state_us >= countdown_us) begin_burst(alone);
-  if (alone->state == STANDALONE_VERDICT && in_state_us >= kVerdictUs) {
-    go(alone, STANDALONE_READY, PANEL_READY);
-  }
+  if (alone->state == STANDALONE_VERDICT && in_state_us >= kVerdictUs) rest(alone);
   // A fault that somebody cleared over the link.
-  const bool cleared = alone->session->state == lamella_v1_RigState_IDLE && !alone->test_failed;
-  const enum panel_code shown = alone->panel.code;
-  if (alone->state == STANDALONE_FAULT && cleared && shown != PANEL_FAULT_ESTOP &&
-      shown != PANEL_FAULT_HOT) {
-    go(alone, STANDALONE_READY, PANEL_READY);
-  }
+  if (alone->state == STANDALONE_FAULT && alone->panel.code != resting_code(alone)) rest(alone);
 }
 
 static void set(struct standalone* alone, enum hal_line line, bool level, bool* is) {

@@ -3,8 +3,9 @@
 //
 // Who has the rig: whoever asked first, until that burst is over. A host that is merely connected
 // does not have it. During countdown and self-test a host's burst is refused, during a host's
-// burst the button is. A rig that failed its self-test refuses the button; a host may still ask for
-// a burst, but not where the wire that darkens all lights was found bad (session.unfit).
+// burst the button is. A rig with a part that was found bad, and not good since, refuses the
+// button; a host may still ask for a burst, but not where that is the wire that darkens all lights
+// (session.unfit).
 //
 //   TESTING --good--> READY --click--> COUNTDOWN --over--> (session) --> VERDICT --> READY
 //   TESTING --bad--> FAULT --click--> TESTING      READY --held--> PAIRING --let go--> READY
@@ -30,6 +31,7 @@ struct standalone {
   struct hal* hal;
   struct session* session;
   struct selftest* selftest;
+  unsigned parts;   // what is tested at power-on, and again after a fault
   bool has_button;  // a click starts a burst
   // The pairing code, which light and buzzer show instead while there is one. NULL: there is none.
   bool (*code_light)(void* context, bool* light);
@@ -39,7 +41,6 @@ struct standalone {
   struct panel panel;
   double since_us;          // in this state
   bool ready_lit, buzzing;  // the lines as they are
-  bool test_failed;
   bool lines_failed;
 };
 

@@ -103,6 +103,54 @@ TEST(Selftest, EachInjectedFaultIsFoundAndNamed) {
   expect_found("drop-frame:1", SELFTEST_CAMERAS, LAM_PART_CAMERA, "missed a trigger");
 }
 
+TEST(Selftest, AStuckActuatorIsBadForItselfAlone) {
+  Bench bench({"stuck-actuator"});
+  double at_us = 0;
+  ASSERT_EQ(bench.sim.hal.move_analyser(&bench.sim, true, &at_us), LAM_OK);
+  bench.sim.hal.wait_until_us(&bench.sim, at_us + 2 * bench.rig.analyser_move_us);
+  EXPECT_EQ(bench.run(only(SELFTEST_ESTOP) | only(SELFTEST_TEMPERATURE)).bad, 0u) << bench.text();
+  bench.run(SELFTEST_ALL);
+  EXPECT_EQ(bench.test.unfit, only(SELFTEST_ACTUATOR)) << bench.text();
+}
+
+TEST(Selftest, OfSomePartsReplacesTheVerdictsOfThoseAlone) {
+  Bench bench({"slow-actuator:2", "flip-bit:77"});
+  const unsigned chain = only(SELFTEST_CHAIN), actuator = only(SELFTEST_ACTUATOR);
+  bench.run(SELFTEST_ALL & ~only(SELFTEST_LEDS), true);
+  EXPECT_EQ(bench.test.unfit, chain | actuator);
+  EXPECT_NE(std::string(bench.test.why[SELFTEST_ACTUATOR]).find("slower than analyser.move_us"),
+            std::string::npos);
+  EXPECT_EQ(bench.run(only(SELFTEST_ESTOP)).bad, 0u);
+  EXPECT_EQ(bench.test.unfit, chain | actuator);
+  bench.sim.faults = kSimNoFaults;
+  bench.run(chain);
+  EXPECT_EQ(bench.test.unfit, actuator);
+  EXPECT_STREQ(bench.test.why[SELFTEST_CHAIN], "");
+  bench.run(actuator);
+  EXPECT_EQ(bench.test.unfit, 0u);
+}
+
+TEST(Selftest, ThatSkipsAPartLeavesItsVerdict) {
+  Bench bench({"dead-led:17"});
+  bench.run(only(SELFTEST_LEDS));
+  ASSERT_EQ(bench.test.unfit, only(SELFTEST_LEDS)) << bench.text();
+  bench.sim.faults = kSimNoFaults;
+  bench.sim.faults.estopped = true;
+  EXPECT_EQ(bench.run(only(SELFTEST_LEDS)).bad, 0u) << bench.text();
+  EXPECT_EQ(bench.test.unfit, only(SELFTEST_LEDS));
+  bench.sim.faults.estopped = false;
+  bench.run(only(SELFTEST_LEDS));
+  EXPECT_EQ(bench.test.unfit, 0u) << bench.text();
+}
+
+TEST(Selftest, ARigWithoutThermistorsIsNotUnfitForThemWhereItsInputsFail) {
+  Bench bench;
+  bench.rig.board.given = true;
+  bench.sim.hal.sense = [](void*, struct hal_senses*) { return LAM_HARDWARE; };
+  bench.run(only(SELFTEST_ESTOP) | only(SELFTEST_TEMPERATURE));
+  EXPECT_EQ(bench.test.unfit, only(SELFTEST_ESTOP)) << bench.text();
+}
+
 // A wire that is broken and reads 1 wherever the analyser stands.
 TEST(Selftest, BothEndStopsAtOnceAreBad) {
   static enum lam_status (*sense_rig)(void*, struct hal_senses*);

@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "faulty_rig.h"
@@ -34,7 +35,10 @@ struct Bench : FaultyRig {
   // The serving loop without sockets.
   void pass() {
     double due_us = now_us();
-    if (session_slack_us(&session) >= 5000) due_us = standalone_tend(&alone);
+    if (session_slack_us(&session) >= 5000) {
+      session_watch(&session);
+      due_us = standalone_tend(&alone);
+    }
     if (!session_work(&session)) sim.hal.wait_until_us(&sim, due_us);
   }
   void run(double for_us) {
@@ -49,6 +53,12 @@ struct Bench : FaultyRig {
     sim.faults.press_us = now_us() - sim.opened_us;
     sim.faults.hold_us = for_us;
     run(for_us + 50e3);
+  }
+  // As a host asks for it, to its end.
+  void test(unsigned parts, bool learning = false) {
+    const char* why = nullptr;
+    ASSERT_EQ(standalone_request_selftest(&alone, parts, learning, &why), LAM_OK) << why;
+    while (alone.state == STANDALONE_TESTING) pass();
   }
 
   // The level of a line at an instant, by what the simulated rig saw.
@@ -203,6 +213,99 @@ TEST(Standalone, EachFaultOfTheSelfTestHasItsCodeAndRefusesTheButton) {
   }
 }
 
+TEST(Standalone, APartThatFailedStaysFailedUntilATestOfThatPartFindsItGood) {
+  const std::vector<std::tuple<std::string, selftest_part, panel_code>> cases = {
+      {"slow-actuator:2", SELFTEST_ACTUATOR, PANEL_FAULT_ACTUATOR},
+      {"stuck-bit:100", SELFTEST_CHAIN, PANEL_FAULT_LED_CHAIN},
+      {"frozen-projector", SELFTEST_PROJECTOR, PANEL_FAULT_PROJECTOR}};
+  for (const auto& [fault, part, code] : cases) {
+    Bench bench({fault});
+    bench.run_until(STANDALONE_FAULT);
+    bench.test(1u << SELFTEST_ESTOP);
+    EXPECT_EQ(bench.selftest.bad, 0u) << fault;
+    EXPECT_EQ(bench.alone.state, STANDALONE_FAULT) << fault;
+    EXPECT_EQ(bench.alone.panel.code, code) << fault;
+    bench.press(100e3);  // tests again, the part too, and finds the same
+    bench.run_until(STANDALONE_FAULT);
+    bench.run(4e6);
+    EXPECT_EQ(bench.alone.panel.code, code) << fault;
+    EXPECT_EQ(bench.session.burst_id, 0u) << fault;
+    bench.sim.faults = kSimNoFaults;
+    bench.test(1u << part);
+    EXPECT_EQ(bench.alone.state, STANDALONE_READY) << fault;
+  }
+}
+
+TEST(Standalone, AHostsBurstLeavesAFailedPartFailed) {
+  Bench bench({"slow-actuator:1.2"});
+  bench.run_until(STANDALONE_FAULT);
+  ASSERT_EQ(session_request_burst(&bench.session, false), LAM_OK) << bench.session.refusal;
+  bench.run_until(STANDALONE_VERDICT);
+  bench.run(6e6);
+  EXPECT_EQ(bench.alone.state, STANDALONE_FAULT);
+  EXPECT_EQ(bench.alone.panel.code, PANEL_FAULT_ACTUATOR);
+}
+
+TEST(Standalone, AFaultOfABurstThatAHostClearsGivesWayToThePartThatFailedBefore) {
+  Bench bench({"slow-actuator:1.2"});
+  bench.run_until(STANDALONE_FAULT);
+  ASSERT_EQ(session_request_burst(&bench.session, false), LAM_OK) << bench.session.refusal;
+  bench.run_until(STANDALONE_BURST);
+  bench.sim.faults.missing_camera = 0;
+  bench.run_until(STANDALONE_FAULT);
+  EXPECT_EQ(bench.alone.panel.code, PANEL_FAULT_CAMERA);
+  bench.test(1u << SELFTEST_ESTOP);
+  EXPECT_EQ(bench.alone.panel.code, PANEL_FAULT_CAMERA) << "nobody has cleared it";
+  ASSERT_EQ(session_abort(&bench.session), LAM_OK);
+  bench.run(100e3);
+  EXPECT_EQ(bench.alone.panel.code, PANEL_FAULT_ACTUATOR);
+}
+
+TEST(Standalone, TheButtonTestsWhatPowerOnTestsWhateverAHostTestedLast) {
+  Bench bench;
+  bench.run_until(STANDALONE_READY);
+  bench.test(1u << SELFTEST_ESTOP);
+  bench.press(100e3);
+  bench.run_until(STANDALONE_BURST);
+  bench.sim.faults.missing_camera = 0;
+  bench.run_until(STANDALONE_FAULT);
+  bench.press(100e3);
+  bench.run_until(STANDALONE_FAULT);
+  EXPECT_GT(bench.selftest.bad, 0u);
+  EXPECT_EQ(bench.alone.panel.code, PANEL_FAULT_CAMERA);
+}
+
+// Two LEDs of one chip: their light together is as expected.
+TEST(Standalone, WhatAFullTestOfTheLedsFoundIsNotOutdoneByAQuickOne) {
+  Bench bench;
+  bench.run_until(STANDALONE_READY);
+  bench.test(1u << SELFTEST_LEDS, true);
+  size_t other = 18;
+  while (bench.rig.leds[other].chip != bench.rig.leds[17].chip) other++;
+  const std::string swapped = "swapped-leds:17:" + std::to_string(other);
+  ASSERT_TRUE(sim_faults_parse(swapped.c_str(), &bench.sim.faults));
+  bench.test(1u << SELFTEST_LEDS);
+  ASSERT_EQ(bench.alone.state, STANDALONE_FAULT);
+  bench.press(100e3);
+  bench.run_until(STANDALONE_FAULT);
+  bench.sim.faults = kSimNoFaults;
+  bench.press(100e3);
+  bench.run_until(STANDALONE_READY);
+}
+
+TEST(Standalone, TheButtonIsFeltWhileTheActuatorIsStuck) {
+  Bench bench;
+  bench.run_until(STANDALONE_READY);
+  bench.sim.faults.stuck_actuator = true;
+  bench.press(100e3);
+  bench.run_until(STANDALONE_BURST);
+  bench.run_until(STANDALONE_FAULT);
+  EXPECT_EQ(bench.alone.panel.code, PANEL_FAULT_ACTUATOR);
+  bench.run(1e6);
+  bench.press(100e3);
+  EXPECT_EQ(bench.alone.state, STANDALONE_TESTING);
+}
+
 TEST(Standalone, ABurstIsRefusedToAHostTooWhereLightsWouldNotGoOffByThemselves) {
   Bench bench({"dead-monostable"});
   const char* why = nullptr;
@@ -255,6 +358,26 @@ TEST(Standalone, AnEmergencyStopWhileReadyIsShownAndRecoveredFrom) {
   EXPECT_EQ(bench.alone.state, STANDALONE_FAULT) << "nobody has looked yet";
   bench.press(100e3);
   bench.run_until(STANDALONE_READY);
+}
+
+TEST(Standalone, AnEmergencyStopThatWasSeenStandsUntilItIsTested) {
+  Bench bench;
+  bench.run_until(STANDALONE_READY);
+  bench.sim.faults.estopped = true;
+  bench.run(1e6);
+  bench.sim.faults.estopped = false;
+  bench.test(1u << SELFTEST_CHAIN);
+  EXPECT_EQ(bench.alone.panel.code, PANEL_FAULT_ESTOP);
+  bench.test(1u << SELFTEST_ESTOP);
+  EXPECT_EQ(bench.alone.state, STANDALONE_READY);
+  ASSERT_EQ(session_request_burst(&bench.session, false), LAM_OK);
+  bench.run_until(STANDALONE_BURST);
+  bench.sim.faults.estopped = true;
+  bench.run_until(STANDALONE_FAULT);
+  bench.sim.faults.estopped = false;
+  ASSERT_EQ(session_abort(&bench.session), LAM_OK);
+  bench.test(1u << SELFTEST_CHAIN);
+  EXPECT_EQ(bench.alone.panel.code, PANEL_FAULT_ESTOP) << "a burst saw it";
 }
 
 TEST(Standalone, AFaultOfTheBurstIsShownAndClearedByTheButton) {
