@@ -38,9 +38,18 @@ static bool refuse_status(struct dialogue* dialogue, uint32_t id, enum lam_statu
   return link_refuse(dialogue, id, code, dialogue->session->refusal);
 }
 
+static void tell_unfit(const struct selftest* test, lamella_v1_Status* status) {
+  for (int i = 0; i < SELFTEST_PARTS; i++) {
+    if (!(test->unfit >> i & 1)) continue;
+    snprintf(status->unfit[status->unfit_count++], sizeof status->unfit[0], "%s: %s",
+             selftest_part_name((enum selftest_part)i), test->why[i]);
+  }
+}
+
 static bool send_status(struct dialogue* dialogue, uint32_t id) {
   lamella_v1_Reply* reply = link_begin(dialogue, id, lamella_v1_Reply_status_tag);
   session_status(dialogue->session, &reply->body.status);
+  if (dialogue->alone != NULL) tell_unfit(dialogue->alone->selftest, &reply->body.status);
   return link_send(dialogue);
 }
 

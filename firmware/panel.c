@@ -48,8 +48,9 @@ const struct panel_entry kPanelTable[PANEL_CODES] = {
                             "a camera gives no frame: check its cable and power"},
     [PANEL_FAULT_ACTUATOR] = {"fault: actuator", FAULT_LIGHT(4), FAULT_BUZZER(4),
                               "the polarizer does not reach its end stops: free it"},
-    [PANEL_FAULT_LED_CHAIN] = {"fault: LED chain", FAULT_LIGHT(5), FAULT_BUZZER(5),
-                               "an LED or its driver is wrong: lamella rig selftest --only leds"},
+    [PANEL_FAULT_LED_CHAIN] =
+        {"fault: LED chain", FAULT_LIGHT(5), FAULT_BUZZER(5),
+         "LEDs, drivers or BLANK are wrong: lamella rig selftest --only blank chain leds"},
     [PANEL_FAULT_DISK] = {"fault: disk", FAULT_LIGHT(6), FAULT_BUZZER(6),
                           "the disk does not take photographs: check it, sync sessions off it"},
     [PANEL_FAULT_PROJECTOR] = {"fault: projector", FAULT_LIGHT(7), FAULT_BUZZER(7),

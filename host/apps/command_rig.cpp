@@ -6,6 +6,8 @@
 #include <map>
 #include <memory>
 #include <set>
+#include <string>
+#include <vector>
 
 #include "apps/commands.h"
 #include "apps/counted.h"
@@ -183,12 +185,14 @@ void print_status(const LinkClient& client, const v1::Status& status, const RigA
                   {"highest_us", status.latency().highest_us()},
                   {"lead_us", status.latency().lead_us()}}},
                 {"bursts_held", status.bursts_held()},
+                {"unfit", std::vector<std::string>(status.unfit().begin(), status.unfit().end())},
                 {"hal", client.welcome().hal()},
                 {"firmware", client.welcome().firmware_version()}});
     return;
   }
   const std::string fault = status.fault().empty() ? "" : ", " + one_line(status.fault());
   fmt::print("{}: {}{}\n", args.rig, state, fault);
+  for (const std::string& part : status.unfit()) fmt::print("  unfit: {}\n", one_line(part));
   fmt::print("  firmware {}, {} hardware, {} LEDs, {} cameras\n",
              one_line(client.welcome().firmware_version()), one_line(client.welcome().hal()),
              client.welcome().led_count(), client.welcome().camera_count());

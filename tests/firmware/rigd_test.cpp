@@ -283,6 +283,28 @@ TEST_F(Rigd, TestsItselfWhenAHostAsks) {
   EXPECT_EQ(host.ask(wrong).body.refusal.code, lamella_v1_Refusal_Code_BAD_REQUEST);
 }
 
+TEST_F(Rigd, StatusNamesThePartsThatWereFoundBad) {
+  RigProcess rigd(arguments({"--inject", "estop", "--inject", "dead-monostable"}));
+  TestHost host(rigd.port());
+  host.ask(hello());
+  EXPECT_EQ(tested(&host, {"temperature"}).bad, 0u);  // says nothing of others
+  const lamella_v1_Status status = host.ask(request_of(lamella_v1_Request_status_tag)).body.status;
+  EXPECT_EQ(status.state, lamella_v1_RigState_IDLE);
+  ASSERT_EQ(status.unfit_count, 2u);
+  EXPECT_STREQ(status.unfit[0],
+               "estop: pressed: release the emergency stop; a broken wire reads the same");
+  EXPECT_STREQ(status.unfit[1],
+               "blank: dark after the last heartbeat: it stays lit when the heart stops: the "
+               "monostable, its gate, their wires");
+}
+
+TEST_F(Rigd, StatusOfAGoodRigNamesNoPart) {
+  RigProcess rigd(arguments());
+  TestHost host(rigd.port());
+  host.ask(hello());
+  EXPECT_EQ(host.ask(request_of(lamella_v1_Request_status_tag)).body.status.unfit_count, 0u);
+}
+
 TEST_F(Rigd, AFailedSelfTestAtItsStartIsSaidAndAHostMayStillAsk) {
   RigProcess rigd(arguments({"--inject", "flip-bit:5"}));
   TestHost host(rigd.port());
