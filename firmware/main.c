@@ -253,6 +253,14 @@ static int end_output(void) {
   return kExitBadInput;
 }
 
+// An exit code: 0 where the rig would play the burst of its rig file.
+static int judge_plan(const struct rig* rig, const char* rig_file) {
+  static lamella_v1_Plan plan;
+  if (plan_describe(rig, &plan) == LAM_OK) return 0;
+  fprintf(stderr, "%s: the rig would not play its burst: %s\n", rig_file, plan.refusal);
+  return kExitBadInput;
+}
+
 // A plan that the rig would not play is written too, with the reason in it.
 static int write_plan(const struct rig* rig) {
   static lamella_v1_Plan plan;
@@ -307,7 +315,7 @@ static int judge_files(struct daemon* daemon, const struct arguments* arguments)
                        own_cameras(daemon, arguments)) != LAM_OK) {
     return kExitBadInput;
   }
-  return arguments->plan ? write_plan(&daemon->rig) : 0;
+  return arguments->plan ? write_plan(&daemon->rig) : judge_plan(&daemon->rig, arguments->rig);
 }
 
 int main(int argc, char** argv) {

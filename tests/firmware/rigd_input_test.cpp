@@ -273,6 +273,35 @@ TEST_F(RigdInput, CheckNamesEveryWrongKeyOfBothFilesWithItsLine) {
   }
 }
 
+TEST_F(RigdInput, CheckRefusesARigFileWhoseBurstTheRigWouldAlwaysRefuse) {
+  const std::string refused = folder / "refused.rig";
+  std::ofstream(folder / "dome150.leds") << board_text("dome150.leds");
+  for (const auto& [line, says] : std::vector<std::pair<std::string, std::string>>{
+           {"light.least_share = 0.9", "light.least_share asks 90 %"},
+           {"burst.longest_us = 10000", "burst.longest_us asks a subject to sit still for 0.01 s"},
+           {"leds.highest_duty = 0.01", "LEDs are on for more than leds.highest_duty allows"}}) {
+    const std::string key = line.substr(0, line.find(" ="));
+    std::ofstream(refused) << std::regex_replace(
+        board_text("vm.rig"), std::regex("(^|\n)" + key + " *=[^\n]*"), "$1" + line);
+    RigProcess rigd({"--check", "--rig", refused});
+    EXPECT_EQ(rigd.exit_code(), 2) << line;
+    const std::string errors = rigd.errors();
+    EXPECT_EQ(errors.find(refused + ": the rig would not play its burst: "), 0u) << errors;
+    EXPECT_NE(errors.find(says), std::string::npos) << errors;
+  }
+}
+
+TEST_F(RigdInput, EveryRigFileThatShipsPassesTheCheck) {
+  size_t count = 0;
+  for (const auto& file : std::filesystem::directory_iterator(LAMELLA_BOARD_DIR)) {
+    if (file.path().extension() != ".rig") continue;
+    RigProcess rigd({"--check", "--rig", file.path()});
+    EXPECT_EQ(rigd.exit_code(), 0) << file.path() << rigd.errors();
+    count++;
+  }
+  EXPECT_EQ(count, 7u);
+}
+
 TEST_F(RigdInput, LedsAreLookedForBesideTheRigFileAlone) {
   const std::string rig = folder / "some.rig";
   std::ofstream(rig) << "leds.file = none.leds\n";
