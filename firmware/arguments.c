@@ -69,9 +69,6 @@ static bool is_complete(const struct arguments* arguments) {
   }
   if (strcmp(arguments->hal, "linux") == 0) return true;
   if (strcmp(arguments->hal, "sim") == 0) {
-    if (arguments->test_frames && arguments->twin != NULL) {
-      return refuse("--twin", "", "leave it out: --test-frames takes no photographs of a twin");
-    }
     return arguments->test_frames || require(arguments->twin, "--twin");
   }
   fprintf(stderr, "lamella-rigd: --hal %s: there are sim and linux\n", arguments->hal);

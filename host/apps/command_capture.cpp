@@ -88,7 +88,7 @@ void print_report(const Options& options, const Burst& burst, const Reception& r
 
 void print_table(const Options& options, const Burst& burst, const Reception& reception) {
   const Summary s = summarise(burst, reception);
-  fmt::print("captured {}\n", options.out.string());
+  fmt::print("captured {}\n", one_line(options.out.string()));
   fmt::print("  photographs  {}, {:.1f} MB raw\n", reception.offers.size(), s.megabytes);
   const std::string planned = s.planned_s > 0 ? fmt::format("{:.3f} s planned, ", s.planned_s) : "";
   fmt::print("  burst        {}{:.3f} s played\n", planned, s.actual_s);

@@ -10,8 +10,8 @@ struct FittedInput {
   fs::path view;  // empty: none is read
 };
 
-// Throws Error where no file can be put at `out`, or one of `input` is there. Also removes what
-// killed runs left beside it.
+// Throws Error where no file can be put at `out`, or one of `input` is there, or it would be among
+// the session's photographs. Also removes what killed runs left beside it.
 void prepare_output(const fs::path& out, const FittedInput& input);
 
 }  // namespace lamella::apps

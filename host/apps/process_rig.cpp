@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <fstream>
-#include <regex>
+#include <sstream>
 #include <thread>
 
 #include "base/error.h"
@@ -59,11 +59,14 @@ std::string find_rig_file(const fs::path& name) {
 std::vector<fs::path> files_of_rig(const fs::path& rig_file) {
   std::vector<fs::path> files{rig_file};
   if (!fs::is_regular_file(rig_file)) return files;  // to be refused: a pipe would be waited for
-  const std::regex leds("^\\s*leds\\.file\\s*=\\s*([^#]*[^#\\s]).*");
   std::ifstream text(rig_file);
   for (std::string line; std::getline(text, line);) {
-    std::smatch match;
-    if (std::regex_match(line, match, leds)) files.push_back(rig_file.parent_path() / match.str(1));
+    std::istringstream words(line.substr(0, line.find('#')));
+    std::string key, equals, value;
+    if (!(words >> key >> equals) || key != "leds.file" || equals != "=") continue;
+    std::getline(words >> std::ws, value);
+    value.erase(value.find_last_not_of(" \t\r") + 1);
+    files.push_back(rig_file.parent_path() / value);
   }
   return files;
 }

@@ -110,6 +110,22 @@ TEST_F(FittedSession, IsNotRenderedExportedOrShownOverWhatIsRead) {
   }
 }
 
+TEST_F(FittedSession, IsNotRenderedOrExportedOverAPhotograph) {
+  const fs::path photograph = session() / read_session(session()).frames.front().file;
+  const std::string before = read_text(photograph);
+  for (const fs::path& out :
+       {photograph, session() / "frames/left/new.exr", session() / "timing.json"}) {
+    for (size_t i = 0; i < 2; ++i) {
+      std::vector<std::string> command = commands()[i];
+      command.back() = out.string();
+      const Outcome outcome = run_lamella(command);
+      EXPECT_EQ(outcome.exit_code, 2);
+      EXPECT_NE(outcome.err.find("belongs to what the rig took"), std::string::npos) << outcome.err;
+    }
+  }
+  EXPECT_EQ(read_text(photograph), before);
+}
+
 TEST_F(FittedSession, IsRenderedWhereTheSessionNamesNoRegions) {
   v1::Session manifest;
   read_json(session() / "session.json", &manifest);

@@ -81,6 +81,7 @@ TEST(Tick, TheKernelTellsHowOftenItsTimerStrikes) {
   double at_us = 0;
   const double before_us = linux_now_us(), tick_us = linux_tick_us(&at_us);
   EXPECT_DOUBLE_EQ(tick_us, (double)every.tv_nsec * 1e-3);
-  EXPECT_GE(at_us, before_us);
+  // One that was seen late is moved back to where the others say that it was.
+  EXPECT_GT(at_us, before_us - tick_us);
   EXPECT_LE(at_us, linux_now_us());
 }
