@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "apps/bench_figures.h"
+#include "apps/chart_label.h"
 
 namespace lamella::apps {
 
@@ -16,10 +17,7 @@ constexpr double kPanelWidth = 560, kPanelHeight = 330, kTop = 132, kSide = 40;
 constexpr double kLeft = 62, kRight = 24, kAbove = 54, kBelow = 46;  // within a panel
 constexpr double kLowest = 0.5, kHighest = 4;  // errors, of the default's: beyond is at the edge
 constexpr double kLeastRange = 1.25;
-constexpr const char* kInk = "#22262b";
 constexpr const char* kDefault = "#b3362b";
-constexpr const char* kFaint = "#7a828c";
-constexpr const char* kGrid = "#e4dfd6";
 
 // Figures of the page, by their place in bench_figures().
 struct Curve {
@@ -29,16 +27,6 @@ struct Curve {
 constexpr Curve kCurves[] = {{1, "#2f6db3"}, {2, "#1b9a8f"},  {4, "#e0a23c"},
                              {6, "#22262b"}, {7, "#8a5fb0"},  {8, "#3d8b3d"},
                              {9, "#d0679d"}, {10, "#7a4a2b"}, {11, "#555f6b"}};
-
-std::string label(double x, double y, const std::string& words, double size, const char* colour,
-                  const char* anchor = "start") {
-  std::string escaped;
-  for (const char c : words) escaped += c == '&' ? "&amp;" : c == '<' ? "&lt;" : std::string(1, c);
-  return fmt::format(
-      "<text x=\"{:.1f}\" y=\"{:.1f}\" font-size=\"{:g}\" fill=\"{}\" "
-      "text-anchor=\"{}\">{}</text>\n",
-      x, y, size, colour, anchor, escaped);
-}
 
 struct Panel {
   double x, y;                     // its corner
@@ -84,17 +72,17 @@ std::string axes(const Panel& p) {
     if (error < p.least_error || error > p.most_error) continue;
     const double y = p.up(error);
     text += fmt::format("<path d=\"M{:.1f} {:.1f}H{:.1f}\" stroke=\"{}\"/>\n", p.x + kLeft, y,
-                        p.x + kPanelWidth - kRight, error == 1 ? kFaint : kGrid);
-    text += label(p.x + kLeft - 8, y + 4, fmt::format("{:g}", error), 11, kFaint, "end");
+                        p.x + kPanelWidth - kRight, error == 1 ? kChartFaint : kChartGrid);
+    text += chart_label(p.x + kLeft - 8, y + 4, fmt::format("{:g}", error), 11, kChartFaint, "end");
   }
   const double step = p.most_seconds > 3 ? 1 : p.most_seconds > 1.5 ? 0.5 : 0.2;
   const double bottom = p.y + kPanelHeight - kBelow;
   for (double seconds = 0; seconds <= p.most_seconds; seconds += step) {
-    text +=
-        label(p.across(seconds), bottom + 18, fmt::format("{:g}", seconds), 11, kFaint, "middle");
+    text += chart_label(p.across(seconds), bottom + 18, fmt::format("{:g}", seconds), 11,
+                        kChartFaint, "middle");
   }
-  return text + label(p.x + kPanelWidth - kRight, bottom + 34, "seconds, of the default's", 11,
-                      kFaint, "end");
+  return text + chart_label(p.x + kPanelWidth - kRight, bottom + 34, "seconds, of the default's",
+                            11, kChartFaint, "end");
 }
 
 std::string curve_of(const Panel& p, const Bench& bench, const Curve& curve,
@@ -128,7 +116,8 @@ std::string values_of(const Panel& p, const Bench& bench,
     const int row = x - half > taken[0] ? 0 : x - half > taken[1] ? 1 : 2;
     taken[row] = x + half;
     const double y = p.y + kAbove - 6 - 11 * row;
-    text += label(x, y, point->value, 10.5, is_default(point->quality) ? kDefault : kInk, "middle");
+    text += chart_label(x, y, point->value, 10.5, is_default(point->quality) ? kDefault : kChartInk,
+                        "middle");
   }
   return text;
 }
@@ -136,8 +125,8 @@ std::string values_of(const Panel& p, const Bench& bench,
 std::string panel(const Bench& bench, const Knob& knob, double x, double y) {
   const std::vector<const BenchPoint*> points = points_of(bench, knob.name);
   const Panel p = panel_of(bench, points, x, y);
-  std::string text = label(x + kLeft, y + 8, knob.name, 15, kInk);
-  text += label(x + kPanelWidth - kRight, y + 8, knob.meaning, 11.5, kFaint, "end");
+  std::string text = chart_label(x + kLeft, y + 8, knob.name, 15, kChartInk);
+  text += chart_label(x + kPanelWidth - kRight, y + 8, knob.meaning, 11.5, kChartFaint, "end");
   text += axes(p);
   for (const Curve& curve : kCurves) text += curve_of(p, bench, curve, points);
   text += fmt::format(
@@ -148,12 +137,13 @@ std::string panel(const Bench& bench, const Knob& knob, double x, double y) {
 }
 
 std::string head(const Bench& bench, const std::string& title) {
-  std::string text = label(kSide, 40, "Error against seconds: " + title, 21, kInk);
-  text += label(kSide, 63,
-                fmt::format("up: error of a fit, of the default's; ring and red: the default, "
-                            "{:.2f} s, the least of {} rounds",
-                            bench.default_least_seconds(), bench.default_seconds.size()),
-                12.5, kFaint);
+  std::string text = chart_label(kSide, 40, "Error against seconds: " + title, 21, kChartInk);
+  text +=
+      chart_label(kSide, 63,
+                  fmt::format("up: error of a fit, of the default's; ring and red: the default, "
+                              "{:.2f} s, the least of {} rounds",
+                              bench.default_least_seconds(), bench.default_seconds.size()),
+                  12.5, kChartFaint);
   double x = kSide;
   for (const Curve& curve : kCurves) {
     const BenchFigure& figure = bench_figures()[curve.figure];
@@ -161,11 +151,11 @@ std::string head(const Bench& bench, const std::string& title) {
     const bool relative = *figure.unit == '\0';
     text += fmt::format("<path d=\"M{:.1f} 88h18\" stroke=\"{}\" stroke-width=\"3\"/>\n", x,
                         curve.colour);
-    text += label(x + 24, 92, figure.label, 11.5, kInk);
-    text += label(x + 24, 107,
-                  relative ? fmt::format("{:.1f} %", 100 * value)
-                           : fmt::format("{:.2g} {}", value, figure.unit),
-                  11.5, kFaint);
+    text += chart_label(x + 24, 92, figure.label, 11.5, kChartInk);
+    text += chart_label(x + 24, 107,
+                        relative ? fmt::format("{:.1f} %", 100 * value)
+                                 : fmt::format("{:.2g} {}", value, figure.unit),
+                        11.5, kChartFaint);
     x += 44 + 6.4 * double(std::strlen(figure.label));
   }
   return text;
@@ -178,11 +168,7 @@ std::string bench_chart(const Bench& bench, const std::vector<Knob>& knobs,
   const int columns = knobs.size() > 1 ? 2 : 1;
   const int rows = (int(knobs.size()) + columns - 1) / columns;
   const double width = 2 * kSide + 2 * kPanelWidth, height = kTop + rows * kPanelHeight + 20;
-  std::string text = fmt::format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0:.0f} {1:.0f}\" width=\"{0:.0f}\" "
-      "height=\"{1:.0f}\" font-family=\"Inter, Helvetica, Arial, sans-serif\">\n"
-      "<rect width=\"100%\" height=\"100%\" fill=\"#fbfaf8\"/>\n",
-      width, height);
+  std::string text = chart_head(width, height);
   text += head(bench, title);
   for (size_t i = 0; i < knobs.size(); ++i) {
     const int column = int(i) % columns, row = int(i) / columns;

@@ -7,7 +7,6 @@
 #include <limits>
 
 #include "apps/bench_figures.h"
-#include "apps/report.h"
 #include "base/error.h"
 
 namespace lamella::apps {
@@ -50,7 +49,7 @@ const v1::BenchPoint& default_of(const v1::Bench& table, const std::string& wher
 // What the best of the table would be, for whom asks for more.
 [[noreturn]] void throw_none(const v1::Bench& table, const std::string& where, double pixel_ratio,
                              const std::optional<double>& budget_s,
-                             const std::optional<ErrorLimit>& limit) {
+                             const std::optional<FigureLimit>& limit) {
   double seconds = kInfinity, figure = kInfinity;
   for (const v1::BenchPoint& point : table.points()) {
     seconds = std::min(seconds, seconds_of(point, pixel_ratio));
@@ -69,7 +68,7 @@ const v1::BenchPoint& default_of(const v1::Bench& table, const std::string& wher
   throw_bad_input(where, "no setting is within " + asked, there_is);
 }
 
-void require_known(const ErrorLimit& limit) {
+void require_known(const FigureLimit& limit) {
   std::string known;
   for (const BenchFigure& figure : bench_figures()) {
     if (limit.figure == figure.name) return;
@@ -80,20 +79,15 @@ void require_known(const ErrorLimit& limit) {
 
 }  // namespace
 
-ErrorLimit error_limit_from(const std::string& text) {
-  const size_t at = text.find("<=");
-  const auto value = at == std::string::npos ? std::nullopt : decimal(text.substr(at + 2));
-  if (!value) {
-    throw_bad_input("--max-error", "\"" + text + "\" is not FIGURE<=VALUE",
-                    "for example position_rms_mm<=0.3");
-  }
-  const ErrorLimit limit{text.substr(0, at), *value};
+FigureLimit error_limit_from(const std::string& text) {
+  const FigureLimit limit = figure_limit_from(text, "--max-error", "position_rms_mm<=0.3");
   require_known(limit);
   return limit;
 }
 
 BenchChoice choose_setting(const v1::Bench& table, const std::string& where, uint32_t pixels,
-                           std::optional<double> budget_s, const std::optional<ErrorLimit>& limit) {
+                           std::optional<double> budget_s,
+                           const std::optional<FigureLimit>& limit) {
   if (table.format() != "lamella.bench.v1" || table.pixels() == 0) {
     throw_bad_input(where, "is no bench", "give the bench.json of `lamella bench`");
   }

@@ -4,18 +4,13 @@
 #include <optional>
 #include <string>
 
+#include "apps/report.h"
 #include "fit/quality.h"
 
 namespace lamella::apps {
 
-// An error that a fit may have: "position_rms_mm<=0.3".
-struct ErrorLimit {
-  std::string figure;  // a column of bench.csv
-  double value;
-};
-
-// Throws Error where `text` is none.
-ErrorLimit error_limit_from(const std::string& text);
+// "position_rms_mm<=0.3", the figure a column of bench.csv. Throws Error where `text` is none.
+FigureLimit error_limit_from(const std::string& text);
 
 struct BenchChoice {
   fit::Quality quality;
@@ -27,6 +22,6 @@ struct BenchChoice {
 // over the default's; without, the quickest. Seconds are taken to grow with `pixels`. Throws Error
 // where none is within them, with what there is.
 BenchChoice choose_setting(const v1::Bench& table, const std::string& where, uint32_t pixels,
-                           std::optional<double> budget_s, const std::optional<ErrorLimit>& limit);
+                           std::optional<double> budget_s, const std::optional<FigureLimit>& limit);
 
 }  // namespace lamella::apps

@@ -22,22 +22,10 @@ struct CompareArguments {
   bool json = false;
 };
 
-// "summary.p_L1_mean<=0.1"
 struct Requirement {
-  std::string figure;
-  double limit;
+  FigureLimit limit;
   double value = 0;  // once it is looked up
 };
-
-Requirement requirement_from(const std::string& text) {
-  const size_t at = text.find("<=");
-  const auto limit = at == std::string::npos ? std::nullopt : decimal(text.substr(at + 2));
-  if (!limit) {
-    throw_bad_input("--require", "\"" + text + "\" is not FIGURE<=VALUE",
-                    "for example views.point_side.rel_rmse<=0.15");
-  }
-  return {text.substr(0, at), *limit, 0};
-}
 
 // The part of that name; list elements by number, from 0. nullptr where there is none.
 const Json* part_of(const Json& whole, const std::string& name) {
@@ -85,9 +73,9 @@ std::string picture_table(const Json& f) {
 int broken(const std::vector<Requirement>& requirements) {
   int count = 0;
   for (const Requirement& r : requirements) {
-    if (r.value <= r.limit) continue;
-    fmt::print(stderr, "lamella: {} is {:.6g}, asked for {:.6g} at most\n", r.figure, r.value,
-               r.limit);
+    if (r.value <= r.limit.value) continue;
+    fmt::print(stderr, "lamella: {} is {:.6g}, asked for {:.6g} at most\n", r.limit.figure, r.value,
+               r.limit.value);
     ++count;
   }
   return count;
@@ -105,7 +93,8 @@ bool has_problems(const Json& figures) {
 int run_compare(const CompareArguments& arguments) {
   std::vector<Requirement> requirements;
   for (const std::string& text : arguments.requirements) {
-    requirements.push_back(requirement_from(text));
+    requirements.push_back(
+        {figure_limit_from(text, "--require", "views.point_side.rel_rmse<=0.15")});
   }
   for (const std::string& path : {arguments.found, arguments.truth}) {
     if (!fs::exists(path)) throw_bad_input(path, "no such file or folder");
@@ -121,7 +110,7 @@ int run_compare(const CompareArguments& arguments) {
   const Json figures =
       folders ? compare_folders(arguments.found, arguments.truth) : compare_pictures(arguments);
   // Before the report: whoever misspelt one is not to take it for the answer.
-  for (Requirement& r : requirements) r.value = figure_at(figures, r.figure);
+  for (Requirement& r : requirements) r.value = figure_at(figures, r.limit.figure);
   if (arguments.json) {
     print_json(figures);
   } else {

@@ -28,12 +28,12 @@ struct FitArguments {
   double budget_s = 0;
   std::string max_error;
   bool json = false;
-  bool has_quality = false, has_budget = false;
+  bool has_quality = false, has_budget = false, has_limit = false;
 };
 
 // By name, or out of what a bench measured on this machine.
 fit::Quality quality_of(const FitArguments& args, const Session& session) {
-  if (!args.has_budget && args.max_error.empty()) {
+  if (!args.has_budget && !args.has_limit) {
     if (!args.bench.empty()) {
       throw_bad_input("--bench", "nothing to choose by", "give --budget-s or --max-error too");
     }
@@ -46,8 +46,8 @@ fit::Quality quality_of(const FitArguments& args, const Session& session) {
     throw_bad_input("--bench", "is needed by --budget-s and --max-error",
                     "give the bench.json of `lamella bench`");
   }
-  std::optional<ErrorLimit> limit;
-  if (!args.max_error.empty()) limit = error_limit_from(args.max_error);
+  std::optional<FigureLimit> limit;
+  if (args.has_limit) limit = error_limit_from(args.max_error);
   v1::Bench table;
   read_json(args.bench, &table);
   const auto pixels = uint32_t(session.left.width * session.left.height);
@@ -199,6 +199,7 @@ void add_fit(const Command& app, int* exit_code) {
   command.runs([args, exit_code, command] {
     args->has_quality = command.given("--quality");
     args->has_budget = command.given("--budget-s");
+    args->has_limit = command.given("--max-error");
     *exit_code = run_fit(*args);
   });
 }

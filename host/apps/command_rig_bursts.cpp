@@ -190,11 +190,7 @@ std::unique_ptr<RecalibratedSource> recalibrated(const Arguments& args) {
 
 // A store without its counter is one too, where it is the one that is read.
 void require_outside_store_read(const Arguments& args) {
-  if (args.store.empty()) return;
-  const fs::path store = fs::canonical(args.store);
-  const fs::path out = fs::weakly_canonical(fs::absolute(args.out));
-  const auto [end, ignored] = std::mismatch(store.begin(), store.end(), out.begin(), out.end());
-  if (end == store.end()) {
+  if (!args.store.empty() && lies_in(args.out, args.store)) {
     throw_bad_input(args.out.string(), "is in the store that is read",
                     "name a folder outside " + args.store.string());
   }

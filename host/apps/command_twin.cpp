@@ -1,7 +1,6 @@
 // lamella twin: photographs of a subject with known layers, as a session or on demand.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <csignal>
 #include <memory>
 #include <optional>
@@ -38,12 +37,7 @@ void ask_to_stop(int) { stop_asked = 1; }
 
 // A folder appears whole: nothing else is put into it.
 void require_apart(const fs::path& folder, const fs::path& other) {
-  if (folder.empty() || other.empty()) return;
-  const fs::path outer = fs::weakly_canonical(fs::absolute(folder / "").parent_path());
-  const fs::path inner = fs::weakly_canonical(fs::absolute(other / "").parent_path());
-  const bool is_inside =
-      std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end()).first == outer.end();
-  if (is_inside) {
+  if (!folder.empty() && !other.empty() && lies_in(other, folder)) {
     throw_bad_input(other.string(), "lies in " + folder.string() + ", another output",
                     "name a place outside it");
   }
@@ -58,6 +52,7 @@ void check(const TwinArguments& a) {
     throw_bad_input("--no-burst", "is of --serve", "give --serve with it");
   }
   require_apart(a.out, a.truth_out);
+  require_apart(a.truth_out, a.out);
   require_apart(a.out, a.calibration_out);
   require_apart(a.truth_out, a.calibration_out);
   if (!(a.subject.noise >= 0 && a.subject.noise <= 100)) {

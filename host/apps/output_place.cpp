@@ -1,7 +1,5 @@
 #include "apps/output_place.h"
 
-#include <algorithm>
-
 #include "apps/process_killed.h"
 #include "base/error.h"
 #include "io/layer_maps.h"
@@ -12,11 +10,7 @@ namespace {
 
 // What a rig took is there once: no picture of a fit is worth it.
 void require_not_captured(const fs::path& out, const fs::path& session) {
-  const fs::path frames = fs::weakly_canonical(fs::absolute(session / "frames"));
-  const fs::path place = fs::weakly_canonical(fs::absolute(file_behind(out)));
-  const bool is_frame =
-      std::mismatch(frames.begin(), frames.end(), place.begin(), place.end()).first == frames.end();
-  if (is_frame || is_same_file(out, session / "timing.json")) {
+  if (lies_in(file_behind(out), session / "frames") || is_same_file(out, session / "timing.json")) {
     throw_bad_input(out.string(), "belongs to what the rig took", "name another file");
   }
 }

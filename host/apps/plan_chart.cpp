@@ -5,6 +5,8 @@
 #include <cmath>
 #include <functional>
 
+#include "apps/chart_label.h"
+
 namespace lamella::apps {
 
 namespace {
@@ -15,21 +17,15 @@ constexpr const char* kLedColour = "#e0a23c";
 constexpr const char* kProjectorColour = "#4f86c6";
 constexpr const char* kReadoutColour = "#b8bec6";
 constexpr const char* kMoveColour = "#8a5fb0";
-constexpr const char* kInk = "#22262b";
-constexpr const char* kFaint = "#7a828c";
 
 class Chart {
  public:
   Chart(const v1::Plan& plan, const std::string& title) : plan_(plan) {
     end_us_ = std::max(1.0, plan.duration_us());
     const double height = kTop + 9 * kRow + 52;
-    text_ = fmt::format(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0:.0f} {1:.0f}\" "
-        "width=\"{0:.0f}\" height=\"{1:.0f}\" font-family=\"Inter, Helvetica, Arial, "
-        "sans-serif\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fbfaf8\"/>\n",
-        kWidth, height);
-    label(24, 36, title, 20, kInk);
-    label(24, 58, subtitle(), 13, plan.refusal().empty() ? kFaint : "#b3362b");
+    text_ = chart_head(kWidth, height);
+    label(24, 36, title, 20, kChartInk);
+    label(24, 58, subtitle(), 13, plan.refusal().empty() ? kChartFaint : "#b3362b");
     axis(kTop + 9 * kRow);
   }
 
@@ -43,7 +39,7 @@ class Chart {
       text_ += fmt::format(
           "<text transform=\"translate({:.1f},{:.1f}) rotate(-38)\" font-size=\"9.5\" "
           "fill=\"{}\">{}</text>\n",
-          x - 4, y - 5, kInk, short_name(step));
+          x - 4, y - 5, kChartInk, short_name(step));
     }
   }
 
@@ -60,7 +56,8 @@ class Chart {
       bar(step.open_us() - step.wait_us(), step.open_us(), y, "#e9e4da");
       const double room_px = at(step.wait_us()) - at(0);
       if (room_px < kPxPerLetter * double(step.wait().size())) continue;
-      label(at(step.open_us() - 0.5 * step.wait_us()), y + 12.5, step.wait(), 9, kFaint, "middle");
+      label(at(step.open_us() - 0.5 * step.wait_us()), y + 12.5, step.wait(), 9, kChartFaint,
+            "middle");
     }
   }
 
@@ -91,7 +88,8 @@ class Chart {
     for (const v1::TimedEdge& edge : plan_.edges()) {
       if (edge.line() != line) continue;
       const double x = at(edge.planned_us());
-      text_ += fmt::format("<path d=\"M{:.2f} {:.1f}v{:.0f}\" stroke=\"{}\"/>\n", x, y, kBar, kInk);
+      text_ +=
+          fmt::format("<path d=\"M{:.2f} {:.1f}v{:.0f}\" stroke=\"{}\"/>\n", x, y, kBar, kChartInk);
     }
   }
 
@@ -100,16 +98,13 @@ class Chart {
 
   double row(const char* name) {
     const double y = kTop + kRow * rows_++ + 0.5 * (kRow - kBar);
-    label(kLeft - 12, y + 13, name, 12, kInk, "end");
+    label(kLeft - 12, y + 13, name, 12, kChartInk, "end");
     return y;
   }
 
   void label(double x, double y, const std::string& words, double size, const char* colour,
              const char* anchor = "start") {
-    text_ += fmt::format(
-        "<text x=\"{:.1f}\" y=\"{:.1f}\" font-size=\"{:g}\" fill=\"{}\" text-anchor=\"{}\">"
-        "{}</text>\n",
-        x, y, size, colour, anchor, escaped(words));
+    text_ += chart_label(x, y, words, size, colour, anchor);
   }
 
   void bar(double from_us, double to_us, double y, const char* colour) {
@@ -123,30 +118,17 @@ class Chart {
     const double raw = end_us_ / 12, power = std::pow(10, std::floor(std::log10(raw)));
     const double step = power * (raw / power > 5 ? 10 : raw / power > 2 ? 5 : 2);
     for (double t = 0; t <= end_us_; t += step) {
-      text_ += fmt::format("<path d=\"M{:.1f} {:.0f}V{:.0f}\" stroke=\"#e4dfd6\"/>\n", at(t), kTop,
-                           y + 4);
-      label(at(t), y + 20, fmt::format("{:g}", t / 1000), 11, kFaint, "middle");
+      text_ += fmt::format("<path d=\"M{:.1f} {:.0f}V{:.0f}\" stroke=\"{}\"/>\n", at(t), kTop,
+                           y + 4, kChartGrid);
+      label(at(t), y + 20, fmt::format("{:g}", t / 1000), 11, kChartFaint, "middle");
     }
-    label(kWidth - kRight, y + 38, "ms", 11, kFaint, "end");
+    label(kWidth - kRight, y + 38, "ms", 11, kChartFaint, "end");
   }
 
   std::string subtitle() const {
     const std::string length =
         fmt::format("{} photographs in {:.0f} ms", plan_.steps_size(), end_us_ / 1000);
     return plan_.refusal().empty() ? length : length + "; refused: " + plan_.refusal();
-  }
-
-  static std::string escaped(const std::string& words) {
-    std::string out;
-    for (const char c : words) {
-      if (c == '&')
-        out += "&amp;";
-      else if (c == '<')
-        out += "&lt;";
-      else
-        out += c;
-    }
-    return out;
   }
 
   const v1::Plan& plan_;
@@ -178,7 +160,7 @@ std::string plan_chart(const v1::Plan& plan, const std::string& title) {
   chart.levels("BLANK", 0, "LEDs lit", kLedColour);
   chart.levels("LAMP", 1, "lamp", kProjectorColour);
   chart.ticks("VBLANK", "flips");
-  chart.levels("TRIGGER", 1, "TRIGGER", kInk);
+  chart.levels("TRIGGER", 1, "TRIGGER", kChartInk);
   chart.ticks("LATCH", "LATCH");
   return chart.finish();
 }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "base/error.h"
 #include "io/json_tree.h"
 
 namespace lamella::apps {
@@ -76,6 +77,14 @@ std::string fault_of_whole_number(const std::string& text) {
   const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (failure == std::errc() && end == text.data() + text.size()) return "";
   return "\"" + text + "\" is no whole number from 0 to 18446744073709551615";
+}
+
+FigureLimit figure_limit_from(const std::string& text, const std::string& option,
+                              const std::string& example) {
+  const size_t at = text.find("<=");
+  const auto value = at == std::string::npos ? std::nullopt : decimal(text.substr(at + 2));
+  if (value) return {text.substr(0, at), *value};
+  throw_bad_input(option, "\"" + text + "\" is not FIGURE<=VALUE", "for example " + example);
 }
 
 }  // namespace lamella::apps

@@ -32,4 +32,14 @@ std::string fault_of_decimal(const std::string& text);
 // alone takes "-1" for the largest of them.
 std::string fault_of_whole_number(const std::string& text);
 
+// "summary.p_L1_mean<=0.1": what an error may be at most.
+struct FigureLimit {
+  std::string figure;
+  double value;
+};
+
+// Throws Error that names `option`, and such a limit as an `example`, where `text` is none.
+FigureLimit figure_limit_from(const std::string& text, const std::string& option,
+                              const std::string& example);
+
 }  // namespace lamella::apps

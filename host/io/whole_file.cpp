@@ -4,6 +4,7 @@
 #include <sys/file.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <fstream>
@@ -231,6 +232,12 @@ void require_file_place(const fs::path& path) {
   if (!is_regular || fs::is_symlink(file_behind(path))) {
     throw_bad_input(path.string(), "is no file", "give the name of a file");
   }
+}
+
+bool lies_in(const fs::path& place, const fs::path& folder) {
+  const fs::path inner = fs::weakly_canonical(fs::absolute(without_slash(place)));
+  const fs::path outer = fs::weakly_canonical(fs::absolute(without_slash(folder)));
+  return std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end()).first == outer.end();
 }
 
 void require_folder_place(const fs::path& path) {

@@ -64,6 +64,9 @@ fs::path file_behind(const fs::path& path);
 // Whether both name one file, by whatever links and spellings, be it there or not.
 bool is_same_file(const fs::path& a, const fs::path& b);
 
+// Whether `place` is `folder` or lies in it, by whatever links and spellings, be they there or not.
+bool lies_in(const fs::path& place, const fs::path& folder);
+
 // Throws Error where no folder can be at `path`: something else is there, or a link to nothing.
 void require_folder_place(const fs::path& path);
 

@@ -140,7 +140,7 @@ v1::Bench table_of_three() {
 }
 
 std::string chosen(uint32_t pixels, std::optional<double> budget_s,
-                   const std::optional<apps::ErrorLimit>& limit) {
+                   const std::optional<apps::FigureLimit>& limit) {
   return apps::choose_setting(table_of_three(), "table", pixels, budget_s, limit).quality.name;
 }
 
