@@ -13,8 +13,8 @@ namespace lamella::apps {
 
 namespace {
 
-constexpr double kPanelWidth = 560, kPanelHeight = 330, kTop = 132, kSide = 40;
-constexpr double kLeft = 62, kRight = 24, kAbove = 54, kBelow = 46;  // within a panel
+constexpr double kPanelWidth = 560, kPanelHeight = 330, kPanelsTop = 132, kSide = 40;
+constexpr double kPanelLeft = 62, kPanelRight = 24, kAbove = 54, kBelow = 46;  // within a panel
 constexpr double kLowest = 0.5, kHighest = 4;  // errors, of the default's: beyond is at the edge
 constexpr double kLeastRange = 1.25;
 constexpr const char* kDefault = "#b3362b";
@@ -34,7 +34,7 @@ struct Panel {
   double least_error, most_error;  // of the default's
 
   double across(double seconds) const {
-    return x + kLeft + (kPanelWidth - kLeft - kRight) * seconds / most_seconds;
+    return x + kPanelLeft + (kPanelWidth - kPanelLeft - kPanelRight) * seconds / most_seconds;
   }
   double up(double error) const {
     const double share = std::log(std::clamp(error, least_error, most_error) / least_error) /
@@ -71,9 +71,10 @@ std::string axes(const Panel& p) {
   for (const double error : {0.5, 0.7, 0.8, 0.9, 1.0, 1.1, 1.25, 1.5, 2.0, 3.0, 4.0}) {
     if (error < p.least_error || error > p.most_error) continue;
     const double y = p.up(error);
-    text += fmt::format("<path d=\"M{:.1f} {:.1f}H{:.1f}\" stroke=\"{}\"/>\n", p.x + kLeft, y,
-                        p.x + kPanelWidth - kRight, error == 1 ? kChartFaint : kChartGrid);
-    text += chart_label(p.x + kLeft - 8, y + 4, fmt::format("{:g}", error), 11, kChartFaint, "end");
+    text += fmt::format("<path d=\"M{:.1f} {:.1f}H{:.1f}\" stroke=\"{}\"/>\n", p.x + kPanelLeft, y,
+                        p.x + kPanelWidth - kPanelRight, error == 1 ? kChartFaint : kChartGrid);
+    text += chart_label(p.x + kPanelLeft - 8, y + 4, fmt::format("{:g}", error), 11, kChartFaint,
+                        "end");
   }
   const double step = p.most_seconds > 3 ? 1 : p.most_seconds > 1.5 ? 0.5 : 0.2;
   const double bottom = p.y + kPanelHeight - kBelow;
@@ -81,8 +82,8 @@ std::string axes(const Panel& p) {
     text += chart_label(p.across(seconds), bottom + 18, fmt::format("{:g}", seconds), 11,
                         kChartFaint, "middle");
   }
-  return text + chart_label(p.x + kPanelWidth - kRight, bottom + 34, "seconds, of the default's",
-                            11, kChartFaint, "end");
+  return text + chart_label(p.x + kPanelWidth - kPanelRight, bottom + 34,
+                            "seconds, of the default's", 11, kChartFaint, "end");
 }
 
 std::string curve_of(const Panel& p, const Bench& bench, const Curve& curve,
@@ -125,8 +126,8 @@ std::string values_of(const Panel& p, const Bench& bench,
 std::string panel(const Bench& bench, const Knob& knob, double x, double y) {
   const std::vector<const BenchPoint*> points = points_of(bench, knob.name);
   const Panel p = panel_of(bench, points, x, y);
-  std::string text = chart_label(x + kLeft, y + 8, knob.name, 15, kChartInk);
-  text += chart_label(x + kPanelWidth - kRight, y + 8, knob.meaning, 11.5, kChartFaint, "end");
+  std::string text = chart_label(x + kPanelLeft, y + 8, knob.name, 15, kChartInk);
+  text += chart_label(x + kPanelWidth - kPanelRight, y + 8, knob.meaning, 11.5, kChartFaint, "end");
   text += axes(p);
   for (const Curve& curve : kCurves) text += curve_of(p, bench, curve, points);
   text += fmt::format(
@@ -167,12 +168,13 @@ std::string bench_chart(const Bench& bench, const std::vector<Knob>& knobs,
                         const std::string& title) {
   const int columns = knobs.size() > 1 ? 2 : 1;
   const int rows = (int(knobs.size()) + columns - 1) / columns;
-  const double width = 2 * kSide + 2 * kPanelWidth, height = kTop + rows * kPanelHeight + 20;
+  const double width = 2 * kSide + 2 * kPanelWidth, height = kPanelsTop + rows * kPanelHeight + 20;
   std::string text = chart_head(width, height);
   text += head(bench, title);
   for (size_t i = 0; i < knobs.size(); ++i) {
     const int column = int(i) % columns, row = int(i) / columns;
-    text += panel(bench, knobs[i], kSide + column * kPanelWidth, kTop + 24 + row * kPanelHeight);
+    text +=
+        panel(bench, knobs[i], kSide + column * kPanelWidth, kPanelsTop + 24 + row * kPanelHeight);
   }
   return text + "</svg>\n";
 }

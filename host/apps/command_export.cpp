@@ -17,7 +17,7 @@ namespace lamella::apps {
 
 namespace {
 
-struct Arguments {
+struct ExportArguments {
   fs::path session, fit, out, scene;
   exporting::ExportOptions options;
   bool has_triangles = false, has_texture_px = false;
@@ -25,7 +25,8 @@ struct Arguments {
 };
 
 // What was asked for by name wins.
-exporting::ExportOptions options_for(const Arguments& a, const exporting::ViewChoice& choice) {
+exporting::ExportOptions options_for(const ExportArguments& a,
+                                     const exporting::ViewChoice& choice) {
   exporting::ExportOptions options = a.options;
   if (!a.has_triangles) options.triangles = choice.triangles;
   if (!a.has_texture_px) options.texture_side_px = choice.texture_side_px;
@@ -49,7 +50,7 @@ nlohmann::json choice_as_json(const exporting::ViewChoice& choice,
           {"layers", layers}};
 }
 
-void print_choice(const Arguments& a, const exporting::ViewChoice& choice,
+void print_choice(const ExportArguments& a, const exporting::ViewChoice& choice,
                   const exporting::ExportOptions& options) {
   fmt::print(
       "for {}: the face is {:.0f} x {:.0f} px, {:.2f} px/mm; {} triangles{}, textures of {} "
@@ -63,7 +64,7 @@ void print_choice(const Arguments& a, const exporting::ViewChoice& choice,
   }
 }
 
-void run(const Arguments& a) {
+void run(const ExportArguments& a) {
   const fs::path folder = a.fit.empty() ? a.session / "fit" : a.fit;
   abandon_outputs_on_interrupt();
   prepare_output(a.out, {a.session, folder, a.scene});
@@ -99,7 +100,7 @@ void run(const Arguments& a) {
 }  // namespace
 
 void add_export(const Command& app, int*) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<ExportArguments>();
   const Command command = app.add_command("export", "Write a fitted face as one .glb");
   command.add_option("session", a->session, "Session folder").required();
   command.add_option("--out", a->out, "The .glb to write").required();

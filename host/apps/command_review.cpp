@@ -16,7 +16,7 @@ namespace lamella::apps {
 
 namespace {
 
-struct Arguments {
+struct ReviewArguments {
   fs::path session, fit, screenshot;
   std::string size = "1600x900", layers = "specular,single,shallow,deep", light = "portrait";
   double azimuth_deg = 6, elevation_deg = 2;
@@ -33,7 +33,7 @@ cv::Size parsed_size(const std::string& text) {
   return size;
 }
 
-void run(const Arguments& a) {
+void run(const ReviewArguments& a) {
   review::ReviewRequest request;
   request.session = a.session;
   request.fit = a.fit.empty() ? a.session / "fit" : a.fit;
@@ -60,7 +60,7 @@ void run(const Arguments& a) {
 }  // namespace
 
 void add_review(const Command& app, int*) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<ReviewArguments>();
   const Command command = app.add_command("review", "Look at a fitted face, lit, layer by layer");
   command.add_option("session", a->session, "Session folder").required();
   command.add_option("--fit", a->fit, "Folder of the fit [SESSION/fit]");

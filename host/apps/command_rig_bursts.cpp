@@ -25,7 +25,7 @@ namespace lamella::apps {
 
 namespace {
 
-struct Arguments {
+struct BurstArguments {
   std::string rig;
   fs::path store, out, calibration;
   bool json = false;
@@ -144,7 +144,7 @@ void begin_in(const fs::path& out) {
   clear_half_written_in(out);
 }
 
-int run_sync(const Arguments& args) {
+int run_sync(const BurstArguments& args) {
   catch_interrupts();
   begin_in(args.out);
   LinkClient rig(args.rig, link_options(args.rig));
@@ -167,7 +167,7 @@ int run_sync(const Arguments& args) {
   return exit_code;
 }
 
-std::unique_ptr<BurstSource> source_of(const Arguments& args) {
+std::unique_ptr<BurstSource> source_of(const BurstArguments& args) {
   if (args.rig.empty() == args.store.empty()) {
     throw_bad_input("rig recover", "needs either --store or --rig",
                     "give the folder from a rig's disk, or the rig's HOST:PORT");
@@ -179,7 +179,7 @@ std::unique_ptr<BurstSource> source_of(const Arguments& args) {
 }
 
 // With the calibration that is given, in place of each burst's own; nullptr where none is.
-std::unique_ptr<RecalibratedSource> recalibrated(const Arguments& args) {
+std::unique_ptr<RecalibratedSource> recalibrated(const BurstArguments& args) {
   if (args.calibration.empty()) return nullptr;
   if (args.out.empty()) {
     throw_bad_input("rig recover --calibration", "nothing is fetched without --out",
@@ -189,7 +189,7 @@ std::unique_ptr<RecalibratedSource> recalibrated(const Arguments& args) {
 }
 
 // A store without its counter is one too, where it is the one that is read.
-void require_outside_store_read(const Arguments& args) {
+void require_outside_store_read(const BurstArguments& args) {
   if (!args.store.empty() && lies_in(args.out, args.store)) {
     throw_bad_input(args.out.string(), "is in the store that is read",
                     "name a folder outside " + args.store.string());
@@ -197,7 +197,7 @@ void require_outside_store_read(const Arguments& args) {
 }
 
 // Exit 1 where a burst is not whole, 3 where one could not be fetched.
-int run_recover(const Arguments& args) {
+int run_recover(const BurstArguments& args) {
   if (args.store.empty()) {
     catch_interrupts();
   } else {
@@ -242,7 +242,7 @@ int run_recover(const Arguments& args) {
 }  // namespace
 
 void add_rig_bursts(const Command& rig, int* exit_code) {
-  auto args = std::make_shared<Arguments>();
+  auto args = std::make_shared<BurstArguments>();
   const Command sync =
       rig.add_command("sync", "Fetch every burst that a rig holds, which then lets it go");
   sync.add_option("--rig", args->rig, "HOST:PORT of the rig")

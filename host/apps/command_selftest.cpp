@@ -26,7 +26,7 @@ const std::vector<std::string> kParts{"chain",     "blank", "leds",        "actu
 
 constexpr char kRow[] = "  {:<12} {:<30} {:<18} {:<24} {:<8} {}\n";
 
-struct Arguments {
+struct SelftestArguments {
   std::string rig;
   std::vector<std::string> only;
   std::vector<std::string> inject;
@@ -60,7 +60,7 @@ std::string verdict_text(const v1::SelftestReading& r) {
   return r.verdict() == v1::SelftestReading::BAD ? "BAD" : "skipped";
 }
 
-void print_table(const v1::SelftestResult& result, const std::string& rig) {
+void print_result_table(const v1::SelftestResult& result, const std::string& rig) {
   fmt::print("{}: {}\n\n", rig,
              result.bad() == 0 ? std::string("good")
                                : fmt::format("{} {} not good", counted(result.bad(), "reading"),
@@ -92,7 +92,7 @@ void require_for_simulated_rig(bool given, const std::string& option) {
 }
 
 // Part by part, as their readings come.
-v1::SelftestResult test_with(LinkClient rig, const Arguments& args) {
+v1::SelftestResult test_with(LinkClient rig, const SelftestArguments& args) {
   const size_t total =
       args.only.empty() ? kParts.size() : std::set(args.only.begin(), args.only.end()).size();
   Progress progress("self-test, parts read", int(total));
@@ -103,7 +103,7 @@ v1::SelftestResult test_with(LinkClient rig, const Arguments& args) {
   });
 }
 
-void require_learning_of_leds(const Arguments& args) {
+void require_learning_of_leds(const SelftestArguments& args) {
   const bool reads_leds =
       args.only.empty() || std::count(args.only.begin(), args.only.end(), "leds");
   if (args.learn && !reads_leds) {
@@ -112,7 +112,7 @@ void require_learning_of_leds(const Arguments& args) {
   }
 }
 
-v1::SelftestResult test(const Arguments& args) {
+v1::SelftestResult test(const SelftestArguments& args) {
   require_learning_of_leds(args);
   LinkOptions link;
   link.interrupted = interrupted;
@@ -139,7 +139,7 @@ v1::SelftestResult test(const Arguments& args) {
 }  // namespace
 
 void add_rig_selftest(const Command& rig, int* exit_code) {
-  auto args = std::make_shared<Arguments>();
+  auto args = std::make_shared<SelftestArguments>();
   const Command command = rig.add_command("selftest", "The rig tests itself, part by part");
   command.add_option("--rig", args->rig, "sim, or HOST:PORT of a rig")
       .check(rig_address(Simulated::kToo))
@@ -156,7 +156,7 @@ void add_rig_selftest(const Command& rig, int* exit_code) {
   command.add_flag("--json", args->json, "Report as JSON");
   command.runs([args, exit_code] {
     const v1::SelftestResult result = test(*args);
-    (args->json ? print_result_json : print_table)(result, args->rig);
+    (args->json ? print_result_json : print_result_table)(result, args->rig);
     *exit_code = result.bad() > 0 ? 1 : 0;
   });
 }

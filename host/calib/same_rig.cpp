@@ -12,7 +12,7 @@ namespace lamella {
 namespace {
 
 // JSON and the rig file write decimals: the same number may differ in its last bits.
-constexpr double kRounding = 1e-9;
+constexpr double kShownRounding = 1e-9;
 
 constexpr const char* kRepair =
     "make firmware rig file (leds.file, pattern.*, projector.*) and calibration say the same";
@@ -22,7 +22,7 @@ constexpr const char* kRepair =
 }
 
 void compare(const std::string& name, double shown, double calibrated) {
-  if (std::abs(shown - calibrated) <= kRounding * std::abs(calibrated)) return;
+  if (std::abs(shown - calibrated) <= kShownRounding * std::abs(calibrated)) return;
   reject(fmt::format("its projector shows {} {:g}, its calibration says {:g}", name, shown,
                      calibrated));
 }

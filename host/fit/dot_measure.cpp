@@ -11,11 +11,11 @@ namespace lamella::fit {
 
 namespace {
 
-constexpr float kDarkest = 0.003f;        // FRONT - BLACK below this says little
-constexpr float kSmallestCosine = 0.35f;  // beyond, a dot is not on a plane any more
-constexpr float kModelError = 0.01f;      // of FRONT - BLACK
-constexpr float kLeastShare = 0.6f;       // of a dot's pixels in one region
-constexpr double kLeastOfDot = 0.15;      // of the pixels that a whole dot's square has
+constexpr float kDarkestDot = 0.003f;        // FRONT - BLACK below this says little
+constexpr float kSmallestDotCosine = 0.35f;  // beyond, a dot is not on a plane any more
+constexpr float kDotModelError = 0.01f;      // of FRONT - BLACK
+constexpr float kLeastShare = 0.6f;          // of a dot's pixels in one region
+constexpr double kLeastOfDot = 0.15;         // of the pixels that a whole dot's square has
 constexpr double kFewestPixels = 20;
 constexpr int kNeighbours_px = 5;
 
@@ -45,7 +45,7 @@ class DotLight {
   // False where it is too dark.
   bool at(const cv::Point& p, int c, Light* light) const {
     const float around = lit_(p)[c], noise = burst_.projector_noise.variance(around);
-    if (around < kDarkest) return false;
+    if (around < kDarkestDot) return false;
     // Wiener: the pixel's own FRONT as far as its neighbours differ by more than noise.
     const float spread = std::max(0.f, lit_squared_(p)[c] - around * around);
     const float own = spread > 0 ? std::max(0.f, 1 - noise / spread) : 0.f;
@@ -68,7 +68,7 @@ bool usable(const Burst& burst, const Geometry& geometry, const Normals& normals
   if (!burst.regions(y, x) || burst.clipped_projector(y, x)) return false;
   const Vec3& n = normals.diffuse[1](y, x);
   if (!is_finite(n) || !is_finite(geometry.position_mm(y, x))) return false;
-  return dot(n, geometry.to_projector(y, x)) > kSmallestCosine;
+  return dot(n, geometry.to_projector(y, x)) > kSmallestDotCosine;
 }
 
 // Sampled pixels of a square of the grid that faces the camera at the origin.
@@ -124,7 +124,7 @@ void add_equations(const DotLight& light, const cv::Point& p, const KernelEquati
   for (int c = 0; c < 3; ++c) {
     Light l;
     if (!light.at(p, c, &l)) continue;
-    const float variance = l.ratio_variance + kModelError * kModelError;
+    const float variance = l.ratio_variance + kDotModelError * kDotModelError;
     dot->equations[size_t(c)].add(row, double(l.ratio), double(1 / variance));
   }
 }

@@ -11,8 +11,8 @@ namespace lamella::fit {
 
 namespace {
 
-constexpr float kMinCosine = 0.05f;       // towards camera and projector
-constexpr float kLedModelError = 0.08f;   // relative, of W: errors of the normal in it
+constexpr float kIntensityMinCosine = 0.05f;  // towards camera and projector
+constexpr float kLedModelError = 0.08f;       // relative, of W: errors of the normal in it
 constexpr float kShadowError = 2.f;       // relative, of W, per share of the light that is hidden
 constexpr float kStrayError = 0.03f;      // light from other skin, relative to an open pixel's
 constexpr float kFrontModelError = 0.1f;  // relative, of p at its peak
@@ -36,7 +36,7 @@ struct ResponseMaker {
     const Vec3 l = geometry.to_projector(y, x), h = unit(l + v);
     const float n_l = dot(n, l), n_v = dot(n, v), v_h = dot(v, h), n_h = dot(n, h);
     const float share = visibility.share(y, x, visibility.projector());
-    if (n_l < kMinCosine || n_v < kMinCosine || share <= 0) return;
+    if (n_l < kIntensityMinCosine || n_v < kIntensityMinCosine || share <= 0) return;
     const float radiance = kPi * share * geometry.projector_irradiance(y, x);
     out->front_lobe(y, x) = radiance * model::lobe_times_cosine(skin.lobe, n_h, n_v, n_l, v_h);
     out->front_single(y, x) =

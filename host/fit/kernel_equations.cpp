@@ -15,14 +15,15 @@ constexpr double kRidgeFloor = 0.02;  // weights move by this against the pull o
 constexpr int kLengths = 48;          // exponential kernels to choose from
 constexpr double kShortest_mm = 0.15, kLongest_mm = 4;
 
-using Matrix = WeightEquations::Matrix;
-using Vector = WeightEquations::Vector;
+using BasisMatrix = WeightEquations::Matrix;
+using BasisVector = WeightEquations::Vector;
 using Weights = GaussianBasis::Weights;
 
 // Minimises x'Ax - 2b'x over the unknowns that are `free`; the others are 0.
-Vector solve_free(const Matrix& a, const Vector& b, const std::array<bool, kSize>& free) {
-  Matrix m = a;
-  Vector v = b;
+BasisVector solve_free(const BasisMatrix& a, const BasisVector& b,
+                       const std::array<bool, kSize>& free) {
+  BasisMatrix m = a;
+  BasisVector v = b;
   for (int j = 0; j < kSize; ++j) {
     if (free[size_t(j)]) continue;
     m.row(j).setZero();
@@ -35,12 +36,12 @@ Vector solve_free(const Matrix& a, const Vector& b, const std::array<bool, kSize
 
 // The same over x >= 0 (Lawson and Hanson 1974): frees the unknown with the steepest descent,
 // solves, and puts those that turn negative back to 0.
-Vector solve_not_negative(const Matrix& a, const Vector& b) {
-  Vector x = Vector::Zero();
+BasisVector solve_not_negative(const BasisMatrix& a, const BasisVector& b) {
+  BasisVector x = BasisVector::Zero();
   std::array<bool, kSize> free{};
   const double tolerance = 1e-10 * b.cwiseAbs().maxCoeff();
   for (int round = 0; round < 3 * kSize; ++round) {
-    const Vector descent = b - a * x;
+    const BasisVector descent = b - a * x;
     int steepest = -1;
     for (int j = 0; j < kSize; ++j) {
       if (free[size_t(j)] || descent(j) <= tolerance) continue;
@@ -49,7 +50,7 @@ Vector solve_not_negative(const Matrix& a, const Vector& b) {
     if (steepest < 0) break;
     free[size_t(steepest)] = true;
     for (int inner = 0; inner < kSize; ++inner) {
-      const Vector to = solve_free(a, b, free);
+      const BasisVector to = solve_free(a, b, free);
       double step = 1;
       for (int j = 0; j < kSize; ++j) {
         if (free[size_t(j)] && to(j) <= 0) step = std::min(step, x(j) / (x(j) - to(j)));
@@ -64,8 +65,8 @@ Vector solve_not_negative(const Matrix& a, const Vector& b) {
   return x;
 }
 
-Eigen::Map<const Vector> as_vector(const Weights& weights) {
-  return Eigen::Map<const Vector>(weights.data());
+Eigen::Map<const BasisVector> as_vector(const Weights& weights) {
+  return Eigen::Map<const BasisVector>(weights.data());
 }
 
 const std::vector<Weights>& exponential_kernels() {
@@ -107,18 +108,18 @@ double KernelEquations::cost(const Vector& unknowns) const {
 
 Weights exponential_kernel(double l_mm) {
   constexpr int kRings = 120;
-  Matrix a = Matrix::Zero();
-  Vector b = Vector::Zero();
+  BasisMatrix a = BasisMatrix::Zero();
+  BasisVector b = BasisVector::Zero();
   for (int i = 0; i < kRings; ++i) {
     const double r = 0.01 * std::pow(2000.0, i / (kRings - 1.0));
     const double y = std::exp(-r / l_mm) / (2 * M_PI * l_mm * r);
     const double weight = r * r / (r * r * y + 1e-5);
-    Vector row;
+    BasisVector row;
     for (int j = 0; j < kSize; ++j) row(j) = GaussianBasis::value(j, r);
     a.noalias() += weight * row * row.transpose();
     b += weight * y * row;
   }
-  const Vector x = solve_not_negative(a, b);
+  const BasisVector x = solve_not_negative(a, b);
   Weights weights;
   for (int j = 0; j < kSize; ++j) weights[size_t(j)] = x(j) / x.sum();
   return weights;
@@ -132,29 +133,29 @@ WeightEquations::WeightEquations(const KernelEquations& equations, double offset
   b = equations.right.head<kSize>() - coupling_ * right_ / stiffness_;
 }
 
-double WeightEquations::offset(const Vector& weights) const {
+double WeightEquations::offset(const BasisVector& weights) const {
   return (right_ - coupling_.dot(weights)) / stiffness_;
 }
 
 Kernel solve_kernel(const KernelEquations& equations, double offset_sigma, double ridge) {
   const WeightEquations reduced(equations, offset_sigma);
   const double scale = kSamples / std::max(equations.count, 1.0);
-  const Matrix h = scale * reduced.a;
-  const Vector g = scale * reduced.b;
+  const BasisMatrix h = scale * reduced.a;
+  const BasisVector g = scale * reduced.b;
   const auto cost = [&](const Weights& w) {
     return as_vector(w).dot(h * as_vector(w)) - 2 * g.dot(as_vector(w));
   };
   const std::vector<Weights>& simple = exponential_kernels();
-  const Vector prior = as_vector(
+  const BasisVector prior = as_vector(
       *std::min_element(simple.begin(), simple.end(),
                         [&](const Weights& a, const Weights& b) { return cost(a) < cost(b); }));
-  const Vector pull = ridge * (prior.array() + kRidgeFloor).square().inverse();
+  const BasisVector pull = ridge * (prior.array() + kRidgeFloor).square().inverse();
   const double sum_weight = kSumWeight * h.trace() / kSize;
-  Matrix a = h;
+  BasisMatrix a = h;
   a.array() += sum_weight;
   a.diagonal() += pull;
-  const Vector x =
-      solve_not_negative(a, g + pull.cwiseProduct(prior) + Vector::Constant(sum_weight));
+  const BasisVector x =
+      solve_not_negative(a, g + pull.cwiseProduct(prior) + BasisVector::Constant(sum_weight));
   Kernel kernel;
   for (int j = 0; j < kSize; ++j) kernel.weight[size_t(j)] = x(j) / x.sum();
   kernel.offset = reduced.offset(as_vector(kernel.weight));

@@ -15,12 +15,12 @@ constexpr int kParts = 4;
 constexpr double kLeastCost = 1e-9;
 constexpr double kUnknownSpread = 0.2;  // relative, of figures from dots too few to tell it
 
-struct Spread {
+struct GainSpread {
   double mean = 0, stddev = 0;  // of the mean
 };
 
-Spread spread_of(const std::vector<double>& values) {
-  Spread spread;
+GainSpread spread_of(const std::vector<double>& values) {
+  GainSpread spread;
   const double count = double(values.size());
   for (double v : values) spread.mean += v / count;
   double square = 0;
@@ -92,7 +92,7 @@ std::string describe_contest(const std::array<LayerContest, 3>& channels) {
     gain.insert(gain.end(), channel.gain.begin(), channel.gain.end());
   }
   if (gain.empty()) return "one dot is too few to compare both layers with one dipole";
-  const Spread spread = spread_of(gain);
+  const GainSpread spread = spread_of(gain);
   return fmt::format(
       "both layers foresee dots that were left out with {:.0f} +- {:.0f} % {} error (squared) than "
       "one dipole",

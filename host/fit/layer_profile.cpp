@@ -19,7 +19,7 @@ constexpr double kTransportSpread = 0.15;  // one sigma of its logarithm
 // A kernel that shows no tail (a surface that does not scatter) would take it to infinity.
 constexpr double kShortestTransport_mm = 0.05, kLongestTransport_mm = 3;
 constexpr double kKernelError = 0.05;  // relative, of what the dots say of the kernel
-constexpr double kLongest_mm = 8, kShortest_mm = 0.1;
+constexpr double kFurthestSample_mm = 8, kNearestSample_mm = 0.1;
 constexpr double kSmallestShare = 0.02;  // a layer with less is within the noise
 constexpr double kSmallestTotal = 0.01;  // a slab that reflects less is outside diffusion
 
@@ -205,7 +205,7 @@ void judge_shallow(double share, double thickness_mm, LayeredProfile* profile) {
 
 DeepProfile fit_deep_profile(const GaussianBasis::Weights& kernel) {
   const auto value = [&](double r_mm) { return GaussianBasis::profile(kernel, r_mm); };
-  const std::vector<Sample> samples = sample_kernel(value, 1.0, kLongest_mm, 24);
+  const std::vector<Sample> samples = sample_kernel(value, 1.0, kFurthestSample_mm, 24);
   double log_ld = 0, log_transport = std::log(kTransport_mm), log_amplitude = 0;
   ceres::Problem problem;
   for (const Sample& sample : samples) {
@@ -235,7 +235,8 @@ DeepProfile fit_deep_profile(const GaussianBasis::Weights& kernel) {
 
 LayeredProfile fit_layered_profile(const RadialProfile& kernel, const DeepProfile& deep,
                                    double shallow_share, double thickness_mm) {
-  const std::vector<Sample> samples = sample_kernel(kernel, kShortest_mm, kLongest_mm, 32);
+  const std::vector<Sample> samples =
+      sample_kernel(kernel, kNearestSample_mm, kFurthestSample_mm, 32);
   double light = 0;
   for (const Sample& sample : samples) light += sample.r_mm * sample.r_mm * sample.value / 32;
   std::vector<LayeredResidual> residuals;

@@ -2,19 +2,19 @@
 
 #include <ceres/ceres.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <opencv2/core.hpp>
+#include <opencv2/core/eigen.hpp>
 #include <vector>
 
 namespace lamella::fit {
 
 namespace {
 
-constexpr int kSize = GaussianBasis::kSize;
+constexpr int kBasis = GaussianBasis::kSize;
 constexpr int kRings = 64;
 constexpr double kNearest_mm = 0.01, kFurthest_mm = 16;
 constexpr double kProjectionRidge = 1e-7;   // of the trace
@@ -24,9 +24,8 @@ constexpr double kBlur_px = 0.43;  // one sigma of a box, 0.29, and of what lens
 constexpr double kMostBlur_mm = 0.2;
 constexpr double kLdFactor = 2;  // either way from the tail's
 
-// Of sizes that the compiler does not know: unrolled, they cost it most of a minute.
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
+// OpenCV's, not Eigen's: these cost the compiler most of a minute there.
+using Matrix64 = cv::Mat_<double>;
 
 double ring_mm(int i) {
   return kNearest_mm * std::pow(kFurthest_mm / kNearest_mm, i / (kRings - 1.0));
@@ -34,60 +33,65 @@ double ring_mm(int i) {
 
 // From a profile at the rings to the weights of the blurred basis: least squares, weighted as a
 // kernel of this length has light.
-MatrixXd projection_of(double ld_mm, double footprint_mm) {
-  MatrixXd basis = MatrixXd::Zero(kRings, kSize);
-  VectorXd weight(kRings);
+Matrix64 projection_of(double ld_mm, double footprint_mm) {
+  Matrix64 basis(kRings, kBasis, 0.0), weight(kRings, kRings, 0.0);
   for (int i = 0; i < kRings; ++i) {
     const double r = ring_mm(i), light = r * std::exp(-r / ld_mm) / (2 * M_PI * ld_mm);
-    weight(i) = r / std::sqrt(light + 1e-4);
-    for (int j = 0; j < kSize; ++j) {
+    weight(i, i) = r / std::sqrt(light + 1e-4);
+    for (int j = 0; j < kBasis; ++j) {
       const double sigma = GaussianBasis::sigma_mm(j);
       if (sigma < 1.02 * footprint_mm) continue;  // no kernel is blurred as little
       const double s2 = sigma * sigma - footprint_mm * footprint_mm;
-      basis(i, j) = weight(i) * std::exp(-r * r / (2 * s2)) / (2 * M_PI * s2);
+      basis(i, j) = weight(i, i) * std::exp(-r * r / (2 * s2)) / (2 * M_PI * s2);
     }
   }
-  MatrixXd normal = basis.transpose() * basis;
-  normal.diagonal().array() += kProjectionRidge * normal.trace() / kSize;
-  return normal.ldlt().solve(basis.transpose() * weight.asDiagonal());
+  Matrix64 normal = basis.t() * basis, projection;
+  normal += kProjectionRidge * cv::trace(normal)[0] / kBasis * Matrix64::eye(kBasis, kBasis);
+  cv::solve(normal, basis.t() * weight, projection, cv::DECOMP_CHOLESKY);
+  return projection;
 }
 
 // |root (w - best)|, squared, is the equations' cost but for a constant.
-struct Equations {
-  MatrixXd projection;  // kSize x kRings
-  MatrixXd root;
-  VectorXd target;
+struct RingEquations {
+  Matrix64 projection;  // kBasis x kRings
+  Matrix64 root;
+  Matrix64 target;
 
   // Of a kernel that has `value_at(r)` per mm^2, whatever it integrates to.
   template <class Real, class Value>
   void residuals(const Value& value_at, Real* residual) const {
-    std::array<Real, kSize> w;
+    std::array<Real, kBasis> w;
     w.fill(Real(0));
     for (int i = 0; i < kRings; ++i) {
       const Real value = value_at(ring_mm(i));
-      for (int j = 0; j < kSize; ++j) w[size_t(j)] += projection(j, i) * value;
+      for (int j = 0; j < kBasis; ++j) w[size_t(j)] += projection(j, i) * value;
     }
     Real sum(0);
     for (const Real& weight : w) sum += weight;
-    for (int k = 0; k < kSize; ++k) {
+    for (int k = 0; k < kBasis; ++k) {
       residual[k] = Real(-target(k));
-      for (int j = 0; j < kSize; ++j) residual[k] += root(k, j) * w[size_t(j)] / sum;
+      for (int j = 0; j < kBasis; ++j) residual[k] += root(k, j) * w[size_t(j)] / sum;
     }
   }
 };
 
-Equations equations_of(const WeightEquations& equations, double ld_mm, double footprint_mm) {
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(MatrixXd(equations.a));
-  const VectorXd values =
-      eigen.eigenvalues().cwiseMax(kLeastEigenvalue * eigen.eigenvalues().maxCoeff());
-  const VectorXd root = values.cwiseSqrt();
-  return {projection_of(ld_mm, footprint_mm), root.asDiagonal() * eigen.eigenvectors().transpose(),
-          root.cwiseInverse().asDiagonal() *
-              (eigen.eigenvectors().transpose() * VectorXd(equations.b))};
+RingEquations equations_of(const WeightEquations& equations, double ld_mm, double footprint_mm) {
+  Matrix64 a, b, values, vectors;
+  cv::eigen2cv(equations.a, a);
+  cv::eigen2cv(equations.b, b);
+  cv::eigen(a, values, vectors);  // the largest first, a row of `vectors` each
+  RingEquations rings{projection_of(ld_mm, footprint_mm), Matrix64(kBasis, kBasis),
+                      Matrix64(vectors * b)};
+  for (int k = 0; k < kBasis; ++k) {
+    const double root = std::sqrt(std::max(values(k), kLeastEigenvalue * values(0)));
+    rings.target(k) /= root;
+    rings.root.row(k) = root * vectors.row(k);
+  }
+  return rings;
 }
 
-struct LayeredResidual {
-  Equations equations;
+struct KernelResidual {
+  RingEquations equations;
   double share, thickness_mm;
 
   template <class Real>
@@ -105,7 +109,7 @@ struct LayeredResidual {
 };
 
 struct SingleResidual {
-  Equations equations;
+  RingEquations equations;
 
   template <class Real>
   bool operator()(const Real* s, const Real* log_ld, Real* residual) const {
@@ -138,11 +142,11 @@ double solve(ceres::Problem* problem) {
   return summary.final_cost;
 }
 
-double descend(const LayeredResidual& residual, double ld_mm, LayeredKernel* at) {
+double descend(const KernelResidual& residual, double ld_mm, LayeredKernel* at) {
   double log_ld = std::log(at->deep_ld_mm), log_shallow_ld = std::log(at->shallow_ld_mm);
   ceres::Problem problem;
-  problem.AddResidualBlock(new ceres::AutoDiffCostFunction<LayeredResidual, kSize, 1, 1, 1, 1>(
-                               new LayeredResidual(residual)),
+  problem.AddResidualBlock(new ceres::AutoDiffCostFunction<KernelResidual, kBasis, 1, 1, 1, 1>(
+                               new KernelResidual(residual)),
                            nullptr, &at->deep_s, &log_ld, &at->shallow_s, &log_shallow_ld);
   bound_alpha(&at->deep_s, &problem);
   bound_alpha(&at->shallow_s, &problem);
@@ -158,7 +162,7 @@ double descend(const SingleResidual& residual, SingleKernel* at) {
   double log_ld = std::log(at->ld_mm);
   ceres::Problem problem;
   problem.AddResidualBlock(
-      new ceres::AutoDiffCostFunction<SingleResidual, kSize, 1, 1>(new SingleResidual(residual)),
+      new ceres::AutoDiffCostFunction<SingleResidual, kBasis, 1, 1>(new SingleResidual(residual)),
       nullptr, &at->s, &log_ld);
   bound_alpha(&at->s, &problem);
   bound_length(&log_ld, kShortestDeepLd_mm, kLongestDeepLd_mm, &problem);
@@ -196,8 +200,8 @@ double footprint_mm(const Camera& camera, const Camera& projector) {
 
 LayeredKernel fit_layered_kernel(const WeightEquations& equations, const LayeredKernel& given,
                                  double footprint_mm) {
-  const LayeredResidual residual{equations_of(equations, given.deep_ld_mm, footprint_mm),
-                                 given.shallow_share, given.thickness_mm};
+  const KernelResidual residual{equations_of(equations, given.deep_ld_mm, footprint_mm),
+                                given.shallow_share, given.thickness_mm};
   std::vector<LayeredKernel> starts;
   // The valley has side arms, as that of fit_layered_profile().
   for (const auto& [deep_s, shallow_s, shallow_ld_mm] :
@@ -242,7 +246,7 @@ SingleKernel refine_single_kernel(const WeightEquations& equations, const Single
 
 double prediction_cost(const WeightEquations& equations, const RadialProfile& kernel, double ld_mm,
                        double footprint_mm) {
-  std::array<double, kSize> residual;
+  std::array<double, kBasis> residual;
   equations_of(equations, ld_mm, footprint_mm).residuals(kernel, residual.data());
   double cost = 0;
   for (double r : residual) cost += r * r;

@@ -55,22 +55,22 @@ void LedField::enter_pixel(int y, int x, LedCell* cell) const {
 
 namespace {
 
-constexpr size_t kLanes = LedCell::kLanes;
-using Lanes = std::array<float, kLanes>;
+constexpr size_t kCellLanes = LedCell::kLanes;
+using CellLanes = std::array<float, kCellLanes>;
 
 // Look-ups one at a time: as gather instructions, which the compiler prefers, they take several
 // times as long on processors that are mended against data sampling.
 #if defined(__GNUC__) && !defined(__clang__)
 __attribute__((noinline, optimize("no-tree-vectorize")))
 #endif
-void look_up(const SkinModel& skin, const Lanes& n_h, const Lanes& n_l, Lanes* p, Lanes* rho) {
-  for (size_t k = 0; k < kLanes; ++k) {
+void look_up(const SkinModel& skin, const CellLanes& n_h, const CellLanes& n_l, CellLanes* p, CellLanes* rho) {
+  for (size_t k = 0; k < kCellLanes; ++k) {
     (*p)[k] = skin.lobe.density(n_h[k]);
     (*rho)[k] = skin.transmittance(n_l[k]);
   }
 }
 
-float sum_of(const Lanes& lanes) {
+float sum_of(const CellLanes& lanes) {
   float sum = 0;
   for (float lane : lanes) sum += lane;
   return sum;
@@ -82,11 +82,11 @@ LedResponse led_response(const LedCell& cell, const SkinModel& skin, const Vec3&
   const float n_v = dot(n, v);
   if (n_v < kLedHorizon) return {};
   const float v_inside = model::refracted_cosine(n_v);
-  Lanes lobe{}, single{}, reached{}, open{};
-  for (size_t i = 0; i < cell.reached.size(); i += kLanes) {
-    Lanes n_l, n_h, surface, inside, p, rho;
+  CellLanes lobe{}, single{}, reached{}, open{};
+  for (size_t i = 0; i < cell.reached.size(); i += kCellLanes) {
+    CellLanes n_l, n_h, surface, inside, p, rho;
     float any = 0;
-    for (size_t k = 0; k < kLanes; ++k) {
+    for (size_t k = 0; k < kCellLanes; ++k) {
       const size_t led = i + k;
       const float above = cell.x[led] * n[0] + cell.y[led] * n[1] + cell.z[led] * n[2];
       const float up = above > kLedHorizon ? 1.f : 0.f;
@@ -106,7 +106,7 @@ LedResponse led_response(const LedCell& cell, const SkinModel& skin, const Vec3&
     }
     if (any == 0.f) continue;
     look_up(skin, n_h, n_l, &p, &rho);
-    for (size_t k = 0; k < kLanes; ++k) {
+    for (size_t k = 0; k < kCellLanes; ++k) {
       lobe[k] += surface[k] * p[k];
       single[k] += inside[k] * rho[k];
     }

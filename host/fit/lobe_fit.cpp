@@ -12,13 +12,13 @@ namespace lamella::fit {
 namespace {
 
 constexpr int kUnknowns = int(kWidths) + 3;  // mixture, then an amplitude a channel
-constexpr float kModelError = 0.1f;          // of the lobe itself: keeps the peak from ruling
+constexpr float kLobeModelError = 0.1f;      // of the lobe itself: keeps the peak from ruling
 constexpr float kConeCosine = 0.70710678f;   // 45 degrees, as in the paper
 constexpr int kEnoughInCone = 200;           // samples that make a lobe of their own
 constexpr double kBorrowedSpread = 0.2;      // relative: how regions differ from the whole face
 constexpr double kBorrowed = 0.5;            // samples' worth of the whole face in every region
 constexpr double kSharedError = 1.6;         // of a lobe, over what the jackknife sees
-constexpr double kSingleError = 0.02;        // relative, that no tile shows
+constexpr double kTileSingleError = 0.02;    // relative, that no tile shows
 constexpr double kScaleSigma = 0.02;         // of the lobe's integral, 1 by definition
 constexpr float kPeakCosine = 0.98480775f;   // 10 degrees
 constexpr int kEnoughAtPeak = 5;             // samples within them
@@ -76,8 +76,8 @@ void add_sample(const LobeSample& s, const RegionFit& fit, const MixtureTable& t
   const double lobe = mixture_at(fit, members) * double(s.front_lobe);
   // Expected, not measured: a weight from the sample's own value would prefer one sign of noise.
   const double expected = fit.intensity * lobe;
-  const double shared =
-      lobe * lobe * intensity.variance + double(kModelError * kModelError) * expected * expected;
+  const double shared = lobe * lobe * intensity.variance +
+                        double(kLobeModelError * kLobeModelError) * expected * expected;
   std::array<double, kUnknowns> row{};
   for (size_t j = 0; j < kWidths; ++j) {
     row[j] = intensity.c * double(s.front_lobe) * double(members[j]);
@@ -175,7 +175,7 @@ void set_deviations(const Blocks& blocks, const Equations& face, RegionFit* fit)
   fit->lobe.gaussian_m_stddev = kSharedError * std::sqrt(m_variance);
   for (size_t c = 0; c < 3; ++c) {
     fit->single.amplitude_stddev[c] =
-        std::hypot(std::sqrt(amplitude_variance[c]), kSingleError * fit->single.amplitude[c]);
+        std::hypot(std::sqrt(amplitude_variance[c]), kTileSingleError * fit->single.amplitude[c]);
   }
 }
 

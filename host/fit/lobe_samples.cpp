@@ -11,7 +11,7 @@ namespace lamella::fit {
 namespace {
 
 constexpr double kNarrowest = 0.1, kRatio = 1.22;
-constexpr float kMinCosine = 0.4f;    // towards light and camera: no model is good near grazing
+constexpr float kLobeMinCosine = 0.4f;  // towards light and camera: no model is good near grazing
 constexpr float kMinVisible = 0.85f;  // share of the LEDs' light: little is left to interreflection
 constexpr int kReachPx = 2;           // neighbours that GRADIENT_FULL is averaged over
 constexpr int kBlockPx =
@@ -30,8 +30,8 @@ struct Sampler {
     if (burst.clipped_led(y, x) || burst.clipped_projector(y, x)) return false;
     const Vec3 n = normals.specular(y, x);
     if (!is_finite(n) || !is_finite(geometry.position_mm(y, x))) return false;
-    if (dot(n, geometry.to_camera(y, x)) < kMinCosine) return false;
-    if (dot(n, geometry.to_projector(y, x)) < kMinCosine) return false;
+    if (dot(n, geometry.to_camera(y, x)) < kLobeMinCosine) return false;
+    if (dot(n, geometry.to_projector(y, x)) < kLobeMinCosine) return false;
     return visibility.share(y, x, visibility.projector()) >= 0.999f;
   }
 

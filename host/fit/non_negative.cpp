@@ -7,7 +7,8 @@ namespace lamella::fit {
 
 namespace {
 
-constexpr double kRidge = 1e-10;  // of the scaled diagonal: keeps members that look alike apart
+constexpr double kMemberRidge =
+    1e-10;  // of the scaled diagonal: keeps members that look alike apart
 
 // The unconstrained solution over the free unknowns; zero for the others.
 cv::Mat1d solve_free(const cv::Mat1d& m, const cv::Mat1d& b, const std::vector<bool>& free) {
@@ -77,7 +78,7 @@ cv::Mat1d solve_non_negative(const cv::Mat1d& m, const cv::Mat1d& b, int bounded
   for (int i = 0; i < n; ++i) {
     rhs(i) = b(i) * scale(i);
     for (int j = 0; j < n; ++j) scaled(i, j) = m(i, j) * scale(i) * scale(j);
-    scaled(i, i) += scale(i) > 0 ? kRidge : 1.0;
+    scaled(i, i) += scale(i) > 0 ? kMemberRidge : 1.0;
   }
   const double magnitude = std::max(1e-300, cv::norm(rhs));
   rhs /= magnitude;

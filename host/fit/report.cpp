@@ -6,8 +6,8 @@ namespace lamella::fit {
 
 namespace {
 
-constexpr double kIor = 1.38;                   // of skin's top layer, Donner and Jensen 2006
-constexpr float kSigmaAtHalfConfidence = 0.1f;  // mm
+constexpr double kIor = 1.38;                      // of skin's top layer, Donner and Jensen 2006
+constexpr float kSigmaAtHalfConfidence_mm = 0.1f;  // mm
 
 using Values = google::protobuf::RepeatedField<double>;
 
@@ -35,7 +35,7 @@ Image1 confidence_of(const Image1& sigma_mm) {
   for (int y = 0; y < sigma_mm.rows; ++y) {
     for (int x = 0; x < sigma_mm.cols; ++x) {
       const float s = sigma_mm(y, x);
-      if (is_finite(s)) confidence(y, x) = 1.f / (1.f + s / kSigmaAtHalfConfidence);
+      if (is_finite(s)) confidence(y, x) = 1.f / (1.f + s / kSigmaAtHalfConfidence_mm);
     }
   }
   return confidence;

@@ -10,7 +10,7 @@ namespace lamella::fit {
 namespace {
 
 constexpr float kConfident = 0.5f;
-constexpr float kMinCosine = 0.1f;
+constexpr float kRerenderMinCosine = 0.1f;
 
 // Squares of residual and photograph, summed.
 struct Sums {
@@ -67,7 +67,7 @@ class Rerenderer {
   void add_front(int y, int x, AllSums* sums) const {
     const Vec3 n = layers_.normals.specular(y, x);
     const float cosine = dot(n, layers_.geometry.to_projector(y, x));
-    if (!(cosine > kMinCosine) || !confident(layers_.separation.confidence, y, x)) return;
+    if (!(cosine > kRerenderMinCosine) || !confident(layers_.separation.confidence, y, x)) return;
     const float irradiance = cosine * layers_.geometry.projector_irradiance(y, x);
     const Vec3 albedo =
         layers_.separation.shallow_albedo(y, x) + layers_.separation.deep_albedo(y, x);

@@ -13,15 +13,16 @@ namespace lamella::fit {
 
 namespace {
 
-constexpr float kDarkest = 1e-3f;     // FRONT - BLACK below this is shadow
-constexpr float kModelError = 0.01f;  // of FRONT - BLACK: what a planar, even surface leaves out
-constexpr double kRidge = 10;         // the kernel that gives the stripes their shape
+constexpr float kShadow = 1e-3f;  // FRONT - BLACK below this is shadow
+constexpr float kStripeModelError =
+    0.01f;                          // of FRONT - BLACK: what a planar, even surface leaves out
+constexpr double kShapeRidge = 10;  // the kernel that gives the stripes their shape
 constexpr int kPhaseWindow_px = 3;
 constexpr float kPhaseError_turns = 0.06f;  // on the flanks a sample tells phase more than swing
 constexpr float kLeastOfRegion = 0.4f;      // of the region's swing
 constexpr float kSwingSpread = 0.15f;       // how far one pixel's swing is from its region's
 
-using PerChannel = std::array<StripeBins, 3>;
+using BinsPerChannel = std::array<StripeBins, 3>;
 using Shapes = std::vector<std::array<StripeShape, 3>>;  // by label - 1
 
 class Stripes {
@@ -76,16 +77,16 @@ class Stripes {
     offset_turns_ = turns;
   }
 
-  std::vector<PerChannel> gather() const {
-    const std::vector<PerChannel> empty(burst_.region_names.size() - 1);
-    tbb::enumerable_thread_specific<std::vector<PerChannel>> parts(empty);
+  std::vector<BinsPerChannel> gather() const {
+    const std::vector<BinsPerChannel> empty(burst_.region_names.size() - 1);
+    tbb::enumerable_thread_specific<std::vector<BinsPerChannel>> parts(empty);
     parallel_for(burst_.regions.rows, [&](int y) {
-      std::vector<PerChannel>& bins = parts.local();
+      std::vector<BinsPerChannel>& bins = parts.local();
       for (int x = 0; x < burst_.regions.cols; ++x) {
         if (measured(y, x) && !burst_.clipped_projector(y, x)) add_pixel(y, x, &bins);
       }
     });
-    std::vector<PerChannel> sum = empty;
+    std::vector<BinsPerChannel> sum = empty;
     for (const auto& part : parts) {
       for (size_t i = 0; i < sum.size(); ++i) {
         for (size_t c = 0; c < 3; ++c) sum[i][c] += part[i][c];
@@ -101,7 +102,7 @@ class Stripes {
     const float lit = burst_.front_lit(y, x)[channel];
     const float prior = 1 / (kSwingSpread * kSwingSpread);
     float top = shape.swing(row) * prior, bottom = prior;
-    if (lit > kDarkest) {
+    if (lit > kShadow) {
       for (size_t k = 0; k < 4; ++k) {
         const int column = StripeBins::column(phase(y, x, int(k)));
         const float g = shape.at(row, column);
@@ -132,15 +133,15 @@ class Stripes {
   float relative_variance(float value, float lit) const {
     return (burst_.projector_noise.variance(value) + 0.25f * burst_.projector_noise.variance(lit)) /
                (lit * lit) +
-           kModelError * kModelError;
+           kStripeModelError * kStripeModelError;
   }
 
-  void add_pixel(int y, int x, std::vector<PerChannel>* bins) const {
+  void add_pixel(int y, int x, std::vector<BinsPerChannel>* bins) const {
     const float f = frequency(y, x);
-    PerChannel& of_region = (*bins)[burst_.regions(y, x) - 1u];
+    BinsPerChannel& of_region = (*bins)[burst_.regions(y, x) - 1u];
     for (int c = 0; c < 3; ++c) {
       const float lit = burst_.front_lit(y, x)[c];
-      if (lit < 10 * kDarkest) continue;
+      if (lit < 10 * kShadow) continue;
       for (size_t k = 0; k < 4; ++k) {
         const float value = burst_.stripes[k](y, x)[c];
         of_region[size_t(c)].add(f, phase(y, x, int(k)), value / lit - 0.5f,
@@ -158,12 +159,12 @@ class Stripes {
 };
 
 Shapes shapes_of(const Stripes& stripes) {
-  const std::vector<PerChannel> bins = stripes.gather();
+  const std::vector<BinsPerChannel> bins = stripes.gather();
   const StripeDesign design(stripes.highest_cycles_per_mm());
   Shapes shapes(bins.size());
   parallel_for(int(bins.size() * 3), [&](int i) {
     const size_t region = size_t(i) / 3, c = size_t(i) % 3;
-    const Kernel kernel = solve_kernel(bins[region][c].equations(design), 1e-6, kRidge);
+    const Kernel kernel = solve_kernel(bins[region][c].equations(design), 1e-6, kShapeRidge);
     shapes[region][c] = StripeShape(kernel.weight, design);
   });
   return shapes;
@@ -177,7 +178,7 @@ double closure(const Burst& burst) {
       if (!burst.regions(y, x) || burst.clipped_projector(y, x)) continue;
       for (int c = 0; c < 3; ++c) {
         const float lit = burst.front_lit(y, x)[c];
-        if (lit < 10 * kDarkest) continue;
+        if (lit < 10 * kShadow) continue;
         float stripes = 0;
         for (const Image3& image : burst.stripes) stripes += image(y, x)[c];
         const double error = stripes / (2 * lit) - 1;

@@ -11,11 +11,11 @@ namespace {
 
 using SpecularMoments = cv::Vec4f;  // S, 2 S_a - S; mean of the channels
 
-constexpr float kFineSigmaMm = 0.3f;
-constexpr float kCoarseSigmaMm = 0.75f;  // about as far as blue light scatters
+constexpr float kMirrorFineSigmaMm = 0.3f;
+constexpr float kMirrorCoarseSigmaMm = 0.75f;  // about as far as blue light scatters
 constexpr float kEnergySigmaMm = 0.75f;
-constexpr float kNoiseMargin = 1.5f;   // the energy of a few pixels' noise is itself uncertain
-constexpr float kLeastFacing = 0.15f;  // n.v; beyond, r + v is too short to have a direction
+constexpr float kNoiseMargin = 1.5f;  // the energy of a few pixels' noise is itself uncertain
+constexpr float kMirrorLeastFacing = 0.15f;  // n.v; beyond, r + v is too short to have a direction
 
 // Undefined where there is no surface.
 cv::Mat_<SpecularMoments> specular_moments(const Burst& burst, const Image1& distance_mm) {
@@ -45,7 +45,7 @@ Specular specular_normal(const SpecularMoments& m, const Vec3& v) {
   if (!(strength > 0)) return {};
   const Vec3 h = r * (1 / strength) + v;
   const float twice_facing = length(h);
-  if (twice_facing < 2 * kLeastFacing) return {};
+  if (twice_facing < 2 * kMirrorLeastFacing) return {};
   return {h * (1 / twice_facing), 1 / (strength * twice_facing)};
 }
 
@@ -69,8 +69,8 @@ struct Detail {
 };
 
 Detail measure_detail(const Burst& burst, const SurfaceView& view) {
-  const float fine_px = sigma_px(kFineSigmaMm, view.px_mm, 0.8f, 3.f);
-  const float coarse_px = sigma_px(kCoarseSigmaMm, view.px_mm, 2 * fine_px, 8.f);
+  const float fine_px = sigma_px(kMirrorFineSigmaMm, view.px_mm, 0.8f, 3.f);
+  const float coarse_px = sigma_px(kMirrorCoarseSigmaMm, view.px_mm, 2 * fine_px, 8.f);
   const cv::Mat_<SpecularMoments> raw = specular_moments(burst, view.distance_mm);
   const auto fine = smooth_along_surface(raw, view.distance_mm, fine_px, view.px_mm);
   const auto coarse = smooth_along_surface(raw, view.distance_mm, coarse_px, view.px_mm);

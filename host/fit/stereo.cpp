@@ -17,11 +17,11 @@ constexpr double kDoubt = 0.2;         // share of the disagreement that stays i
 constexpr double kPhaseBiasPx = 0.06;  // of the projector's column on curved, scattering skin
 
 // Column and distance in the right image between pixels; NaN at silhouettes and holes.
-struct Sample {
+struct DepthSample {
   double u_px = std::nan(""), distance_mm = std::nan(""), sigma_mm = 0;
 };
 
-Sample sample(const DepthMap& map, const cv::Vec2d& at) {
+DepthSample sample(const DepthMap& map, const cv::Vec2d& at) {
   const int x = int(std::floor(at[0])), y = int(std::floor(at[1]));
   if (!(at[0] >= 0 && at[1] >= 0) || x + 1 >= map.u_px.cols || y + 1 >= map.u_px.rows) return {};
   const double fx = at[0] - x, fy = at[1] - y;
@@ -49,7 +49,7 @@ Match match(const Ray& ray, double start_mm, double u_px, const Camera& camera,
   for (int round = 0; round < kRounds; ++round) {
     const Vec3d point = ray.at(m.distance_mm);
     const Sighting s = sight(camera, point, ray.direction);
-    const Sample here = sample(right, s.pixel);
+    const DepthSample here = sample(right, s.pixel);
     const double behind_mm = here.distance_mm - cv::norm(point - centre);
     if (round == 0 && behind_mm > kSeenThroughMm) m.verdict = Match::kDenied;
     if (!(std::abs(behind_mm) < kSeenThroughMm)) return m;

@@ -12,9 +12,9 @@ namespace lamella::fit {
 namespace {
 
 constexpr int kMeshStepPx = 3;
-constexpr float kLongestEdgeMm = 80.f;  // of a quad of the mesh; longer is a silhouette
-constexpr float kLiftMm = 0.25f;        // off the surface, above the noise of the mesh
-constexpr float kFarMm = 5000.f;
+constexpr float kLongestEdgeMm = 80.f;        // of a quad of the mesh; longer is a silhouette
+constexpr float kSurroundingsLiftMm = 0.25f;  // off the surface, above the noise of the mesh
+constexpr float kSurroundingsFarMm = 5000.f;
 constexpr int kDirections = 8192;
 
 int32_t blocker_of(const GridMesh& mesh, const Hit& hit, const Vec3& direction, int columns) {
@@ -55,11 +55,11 @@ void look_around(const Image3& scene_mm, const Image3& normal, const LightStage&
       int(around->pixel.size()),
       [&](int node) {
         const cv::Point p = around->pixel[size_t(node)];
-        const Vec3 n = normal(p), origin = scene_mm(p) + n * kLiftMm;
+        const Vec3 n = normal(p), origin = scene_mm(p) + n * kSurroundingsLiftMm;
         for (size_t led = 0; led < around->leds; ++led) {
           const Vec3 l = stage.direction_from(led, origin);
           if (dot(n, l) <= 0) continue;
-          const Hit hit = scene.intersect(origin, l, kLiftMm, kFarMm);
+          const Hit hit = scene.intersect(origin, l, kSurroundingsLiftMm, kSurroundingsFarMm);
           around->blocker[size_t(node) * around->leds + led] =
               blocker_of(mesh, hit, l, scene_mm.cols);
         }

@@ -7,16 +7,16 @@
 namespace lamella {
 namespace {
 
-constexpr int kSide = 200;
+constexpr int kPicture = 200;
 constexpr float kRadiusPx = 80;
 
 // A disc whose last three pixels each end at another depth.
 Image3 spiky_disc(Image1* inside_px) {
-  Mask disc(kSide, kSide, uchar(0));
-  Image3 position_mm(kSide, kSide);
-  for (int y = 0; y < kSide; ++y) {
-    for (int x = 0; x < kSide; ++x) {
-      const float r = std::hypot(float(x - kSide / 2), float(y - kSide / 2));
+  Mask disc(kPicture, kPicture, uchar(0));
+  Image3 position_mm(kPicture, kPicture);
+  for (int y = 0; y < kPicture; ++y) {
+    for (int x = 0; x < kPicture; ++x) {
+      const float r = std::hypot(float(x - kPicture / 2), float(y - kPicture / 2));
       disc(y, x) = r < kRadiusPx ? 255 : 0;
       position_mm(y, x) = {float(x), float(-y), 0};
       if (r > kRadiusPx - 3) position_mm(y, x)[2] = (x + y) % 2 ? 6.f : -6.f;
@@ -33,8 +33,8 @@ TEST(Rim, LosesItsSpikesAndLeavesTheInsideAlone) {
   smooth_along_rim(inside_px, &position_mm);
   double squares = 0;
   int count = 0;
-  for (int y = 0; y < kSide; ++y) {
-    for (int x = 0; x < kSide; ++x) {
+  for (int y = 0; y < kPicture; ++y) {
+    for (int x = 0; x < kPicture; ++x) {
       if (inside_px(y, x) > 10) {
         EXPECT_EQ(position_mm(y, x), before(y, x));
       }

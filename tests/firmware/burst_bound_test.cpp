@@ -18,12 +18,6 @@ namespace {
 
 using Steps = std::vector<burst_step>;
 
-burst_plan planned(const struct rig& rig, const Steps& steps, bool starts_crossed) {
-  burst_plan plan;
-  burst_order(&rig, steps.data(), steps.size(), starts_crossed, &plan);
-  return plan;
-}
-
 // Different steps of the paper's twenty; some have their partner among them, some have not.
 Steps drawn(size_t count, std::mt19937* random) {
   Steps steps(kBurstSteps, kBurstSteps + BURST_STEPS);

@@ -16,12 +16,6 @@ namespace {
 
 using Steps = std::vector<burst_step>;
 
-burst_plan planned(const struct rig& rig, const Steps& steps, bool starts_crossed) {
-  burst_plan plan;
-  burst_order(&rig, steps.data(), steps.size(), starts_crossed, &plan);
-  return plan;
-}
-
 int count_moves(const burst_plan& plan) {
   int moves = plan.steps[0].crossed != plan.starts_crossed;
   for (size_t i = 1; i < plan.count; i++)
@@ -46,7 +40,7 @@ bool is_mirrored(const burst_plan& plan) {
   return true;
 }
 
-double cheapest_of_all_orders(const struct rig& rig, const Steps& steps, bool starts_crossed) {
+double cheapest_of_permutations(const struct rig& rig, const Steps& steps, bool starts_crossed) {
   std::vector<size_t> order(steps.size());
   std::iota(order.begin(), order.end(), 0);
   double best = INFINITY;
@@ -108,7 +102,7 @@ TEST(BurstOrder, CostsWhatAnExhaustiveSearchFindsOnSmallCases) {
     for (const Steps& steps : cases) {
       for (const bool starts_crossed : {false, true}) {
         const burst_plan plan = planned(rig, steps, starts_crossed);
-        EXPECT_NEAR(plan.cost_us, cheapest_of_all_orders(rig, steps, starts_crossed), 1e-3)
+        EXPECT_NEAR(plan.cost_us, cheapest_of_permutations(rig, steps, starts_crossed), 1e-3)
             << steps.size() << " steps, weight " << weight << ", crossed " << starts_crossed;
       }
     }

@@ -15,11 +15,11 @@ extern "C" {
 
 namespace {
 
-FakeDrm kernel;
+FakeDrm drm_kernel;
 
 template <class T>
 T* given() {
-  kernel.objects++;
+  drm_kernel.objects++;
   return static_cast<T*>(calloc(1, sizeof(T)));
 }
 
@@ -30,7 +30,7 @@ T* array(size_t count) {
 
 void take_back(void* object, std::initializer_list<void*> parts) {
   if (object == nullptr) return;
-  kernel.objects--;
+  drm_kernel.objects--;
   for (void* part : parts) free(part);
   free(object);
 }
@@ -43,13 +43,13 @@ drmModeModeInfo mode_of(uint16_t width, uint32_t clock, uint32_t type) {
   mode.htotal = 1680;
   mode.vtotal = 831;
   mode.type = type;
-  mode.flags = kernel.interlaced ? DRM_MODE_FLAG_INTERLACE : 0;
+  mode.flags = drm_kernel.interlaced ? DRM_MODE_FLAG_INTERLACE : 0;
   return mode;
 }
 
 }  // namespace
 
-FakeDrm& fake_drm() { return kernel; }
+FakeDrm& fake_drm() { return drm_kernel; }
 
 bool FakeDrm::fails(const char* name) {
   errno = EINVAL;
@@ -73,11 +73,11 @@ void FakeDrm::vblank(unsigned passed, unsigned counted) {
 }
 
 void reset_fake_drm() {
-  kernel = FakeDrm();
+  drm_kernel = FakeDrm();
   uint32_t id = 200;
   const auto add = [&](uint32_t object, const char* name, uint64_t value, uint32_t flags = 0,
                        std::vector<std::string> words = {}) {
-    kernel.properties[object].push_back({id++, flags, name, value, std::move(words)});
+    drm_kernel.properties[object].push_back({id++, flags, name, value, std::move(words)});
   };
   add(kFakeConnector, "CRTC_ID", kFakeCrtc);
   add(kFakeConnector, "max bpc", 12);
@@ -99,16 +99,16 @@ void reset_fake_drm() {
 
 extern "C" {
 int drmSetClientCap(int, uint64_t cap, uint64_t) {
-  return kernel.fails(cap == DRM_CLIENT_CAP_ATOMIC ? "atomic" : "planes") ? -1 : 0;
+  return drm_kernel.fails(cap == DRM_CLIENT_CAP_ATOMIC ? "atomic" : "planes") ? -1 : 0;
 }
 int drmGetCap(int, uint64_t, uint64_t* value) {
-  *value = kernel.monotonic;
-  return kernel.fails("cap") ? -1 : 0;
+  *value = drm_kernel.monotonic;
+  return drm_kernel.fails("cap") ? -1 : 0;
 }
-int drmIsMaster(int) { return kernel.fails("master") ? 0 : kernel.master; }
+int drmIsMaster(int) { return drm_kernel.fails("master") ? 0 : drm_kernel.master; }
 
 drmModeResPtr drmModeGetResources(int) {
-  if (kernel.fails("resources")) return nullptr;
+  if (drm_kernel.fails("resources")) return nullptr;
   auto* all = given<drmModeRes>();
   all->count_crtcs = all->count_connectors = 1;
   all->crtcs = array<uint32_t>(1);
@@ -122,18 +122,18 @@ void drmModeFreeResources(drmModeResPtr all) {
 }
 
 drmModeConnectorPtr drmModeGetConnector(int, uint32_t) {
-  if (kernel.fails("connector")) return nullptr;
+  if (drm_kernel.fails("connector")) return nullptr;
   auto* connector = given<drmModeConnector>();
   connector->connector_id = kFakeConnector;
   connector->encoder_id = kFakeEncoder;
   connector->connector_type = DRM_MODE_CONNECTOR_HDMIA;
   connector->connector_type_id = 1;
-  connector->connection = kernel.connected ? DRM_MODE_CONNECTED : DRM_MODE_DISCONNECTED;
-  connector->count_modes = kernel.connected ? 3 : 0;
+  connector->connection = drm_kernel.connected ? DRM_MODE_CONNECTED : DRM_MODE_DISCONNECTED;
+  connector->count_modes = drm_kernel.connected ? 3 : 0;
   connector->modes = array<drmModeModeInfo>(3);
-  const uint32_t type = kernel.preferred ? DRM_MODE_TYPE_PREFERRED : 0;
-  connector->modes[0] = mode_of(kernel.native_width, 69800, type);  // 50 Hz
-  connector->modes[1] = mode_of(kernel.native_width, 83500, 0);
+  const uint32_t type = drm_kernel.preferred ? DRM_MODE_TYPE_PREFERRED : 0;
+  connector->modes[0] = mode_of(drm_kernel.native_width, 69800, type);  // 50 Hz
+  connector->modes[1] = mode_of(drm_kernel.native_width, 83500, 0);
   connector->modes[2] = mode_of(1024, 83500, 0);
   connector->count_encoders = 1;
   connector->encoders = array<uint32_t>(1);
@@ -145,7 +145,7 @@ void drmModeFreeConnector(drmModeConnectorPtr connector) {
 }
 
 drmModeEncoderPtr drmModeGetEncoder(int, uint32_t) {
-  if (kernel.fails("encoder")) return nullptr;
+  if (drm_kernel.fails("encoder")) return nullptr;
   auto* encoder = given<drmModeEncoder>();
   encoder->encoder_id = kFakeEncoder;
   encoder->crtc_id = kFakeCrtc;
@@ -155,7 +155,7 @@ drmModeEncoderPtr drmModeGetEncoder(int, uint32_t) {
 void drmModeFreeEncoder(drmModeEncoderPtr encoder) { take_back(encoder, {}); }
 
 drmModePlaneResPtr drmModeGetPlaneResources(int) {
-  if (kernel.fails("plane list")) return nullptr;
+  if (drm_kernel.fails("plane list")) return nullptr;
   auto* all = given<drmModePlaneRes>();
   all->count_planes = 2;
   all->planes = array<uint32_t>(2);
@@ -167,14 +167,14 @@ void drmModeFreePlaneResources(drmModePlaneResPtr all) {
   if (all != nullptr) take_back(all, {all->planes});
 }
 drmModePlanePtr drmModeGetPlane(int, uint32_t id) {
-  if (kernel.fails("plane")) return nullptr;
+  if (drm_kernel.fails("plane")) return nullptr;
   auto* plane = given<drmModePlane>();
   plane->plane_id = id;
   plane->possible_crtcs = 1;
   plane->crtc_id = kFakeCrtc;
   plane->count_formats = 1;
   plane->formats = array<uint32_t>(1);
-  plane->formats[0] = kernel.plane_format;
+  plane->formats[0] = drm_kernel.plane_format;
   return plane;
 }
 void drmModeFreePlane(drmModePlanePtr plane) {
@@ -182,8 +182,8 @@ void drmModeFreePlane(drmModePlanePtr plane) {
 }
 
 drmModeObjectPropertiesPtr drmModeObjectGetProperties(int, uint32_t object, uint32_t) {
-  if (kernel.fails("properties")) return nullptr;
-  const std::vector<FakeDrm::Property>& own = kernel.properties[object];
+  if (drm_kernel.fails("properties")) return nullptr;
+  const std::vector<FakeDrm::Property>& own = drm_kernel.properties[object];
   auto* all = given<drmModeObjectProperties>();
   all->count_props = static_cast<uint32_t>(own.size());
   all->props = array<uint32_t>(own.size());
@@ -198,8 +198,8 @@ void drmModeFreeObjectProperties(drmModeObjectPropertiesPtr all) {
   if (all != nullptr) take_back(all, {all->props, all->prop_values});
 }
 drmModePropertyPtr drmModeGetProperty(int, uint32_t id) {
-  if (kernel.fails("property")) return nullptr;
-  for (const auto& [object, own] : kernel.properties) {
+  if (drm_kernel.fails("property")) return nullptr;
+  for (const auto& [object, own] : drm_kernel.properties) {
     for (const FakeDrm::Property& one : own) {
       if (one.id != id) continue;
       auto* property = given<drmModePropertyRes>();
@@ -223,7 +223,7 @@ void drmModeFreeProperty(drmModePropertyPtr property) {
 }
 
 drmModePropertyBlobPtr drmModeGetPropertyBlob(int, uint32_t) {
-  if (kernel.fails("read blob")) return nullptr;
+  if (drm_kernel.fails("read blob")) return nullptr;
   auto* blob = given<drmModePropertyBlobRes>();
   blob->length = 4;
   blob->data = calloc(1, 4);
@@ -233,67 +233,72 @@ void drmModeFreePropertyBlob(drmModePropertyBlobPtr blob) {
   if (blob != nullptr) take_back(blob, {blob->data});
 }
 int drmModeCreatePropertyBlob(int, const void*, size_t, uint32_t* id) {
-  if (kernel.fails("blob")) return -1;
-  *id = kernel.next_id++;
-  kernel.blobs.insert(*id);
+  if (drm_kernel.fails("blob")) return -1;
+  *id = drm_kernel.next_id++;
+  drm_kernel.blobs.insert(*id);
   return 0;
 }
-int drmModeDestroyPropertyBlob(int, uint32_t id) { return kernel.blobs.erase(id) == 1 ? 0 : -1; }
+int drmModeDestroyPropertyBlob(int, uint32_t id) {
+  return drm_kernel.blobs.erase(id) == 1 ? 0 : -1;
+}
 
 int drmModeCreateDumbBuffer(int, uint32_t width, uint32_t height, uint32_t, uint32_t,
                             uint32_t* handle, uint32_t* pitch, uint64_t* size) {
-  if (kernel.fails("buffer")) return -1;
-  *handle = kernel.next_id++;
+  if (drm_kernel.fails("buffer")) return -1;
+  *handle = drm_kernel.next_id++;
   *pitch = width * 4;
   *size = uint64_t{width} * height * 4;
-  kernel.buffers.insert(*handle);
+  drm_kernel.buffers.insert(*handle);
   return 0;
 }
-int drmModeDestroyDumbBuffer(int, uint32_t handle) { return kernel.buffers.erase(handle) ? 0 : -1; }
+int drmModeDestroyDumbBuffer(int, uint32_t handle) {
+  return drm_kernel.buffers.erase(handle) ? 0 : -1;
+}
 int drmModeMapDumbBuffer(int, uint32_t handle, uint64_t* offset) {
-  const auto place = std::distance(kernel.buffers.begin(), kernel.buffers.find(handle));
-  *offset = kernel.failing.count("offset") ? 1 : static_cast<uint64_t>(place) * kFakeBufferBytes;
-  return kernel.fails("map") ? -1 : 0;
+  const auto place = std::distance(drm_kernel.buffers.begin(), drm_kernel.buffers.find(handle));
+  *offset =
+      drm_kernel.failing.count("offset") ? 1 : static_cast<uint64_t>(place) * kFakeBufferBytes;
+  return drm_kernel.fails("map") ? -1 : 0;
 }
 int drmModeAddFB2(int, uint32_t, uint32_t, uint32_t, const uint32_t*, const uint32_t*,
                   const uint32_t*, uint32_t* id, uint32_t) {
-  if (kernel.fails("framebuffer")) return -1;
-  *id = kernel.next_id++;
-  kernel.framebuffers.insert(*id);
+  if (drm_kernel.fails("framebuffer")) return -1;
+  *id = drm_kernel.next_id++;
+  drm_kernel.framebuffers.insert(*id);
   return 0;
 }
-int drmModeRmFB(int, uint32_t id) { return kernel.framebuffers.erase(id) ? 0 : -1; }
+int drmModeRmFB(int, uint32_t id) { return drm_kernel.framebuffers.erase(id) ? 0 : -1; }
 
 struct _drmModeAtomicReq {
   std::vector<std::array<uint64_t, 3>> items;
 };
 drmModeAtomicReqPtr drmModeAtomicAlloc(void) {
-  if (kernel.fails("request")) return nullptr;
-  kernel.objects++;
+  if (drm_kernel.fails("request")) return nullptr;
+  drm_kernel.objects++;
   return new _drmModeAtomicReq();
 }
 void drmModeAtomicFree(drmModeAtomicReqPtr request) {
-  kernel.objects--;
+  drm_kernel.objects--;
   delete request;
 }
 int drmModeAtomicAddProperty(drmModeAtomicReqPtr request, uint32_t object, uint32_t property,
                              uint64_t value) {
-  if (kernel.fails("add property")) return -ENOMEM;
+  if (drm_kernel.fails("add property")) return -ENOMEM;
   request->items.push_back({object, property, value});
   return static_cast<int>(request->items.size());
 }
 int drmModeAtomicCommit(int, const drmModeAtomicReqPtr request, uint32_t flags, void* user) {
-  if (kernel.fails("commit")) return -EINVAL;
+  if (drm_kernel.fails("commit")) return -EINVAL;
   EXPECT_EQ(flags, static_cast<uint32_t>(DRM_MODE_ATOMIC_ALLOW_MODESET));
   EXPECT_EQ(user, nullptr);
   for (const auto& [object, property, value] : request->items) {
-    for (FakeDrm::Property& one : kernel.properties[static_cast<uint32_t>(object)]) {
+    for (FakeDrm::Property& one : drm_kernel.properties[static_cast<uint32_t>(object)]) {
       if (one.id != property) continue;
       // A mode that nothing shows any more is gone with its blob.
       if (one.name == "MODE_ID" && one.value == kFakeConsoleMode)
-        kernel.blobs.erase(kFakeConsoleMode);
+        drm_kernel.blobs.erase(kFakeConsoleMode);
       if (one.flags & DRM_MODE_PROP_BLOB && value != 0 &&
-          kernel.blobs.count(uint32_t(value)) == 0) {
+          drm_kernel.blobs.count(uint32_t(value)) == 0) {
         return -ENOENT;
       }
       one.value = value;
@@ -304,37 +309,38 @@ int drmModeAtomicCommit(int, const drmModeAtomicReqPtr request, uint32_t flags, 
 
 int drmIoctl(int, unsigned long call, void* argument) {
   EXPECT_EQ(call, DRM_IOCTL_MODE_ATOMIC);
-  if (kernel.fails("flip")) return -1;
+  if (drm_kernel.fails("flip")) return -1;
   const auto* commit = static_cast<const drm_mode_atomic*>(argument);
   EXPECT_EQ(commit->flags, uint32_t{DRM_MODE_ATOMIC_NONBLOCK | DRM_MODE_PAGE_FLIP_EVENT});
   EXPECT_EQ(commit->count_objs, 1u);
   EXPECT_EQ(*reinterpret_cast<const uint32_t*>(commit->objs_ptr), kFakePlane);
   EXPECT_EQ(*reinterpret_cast<const uint32_t*>(commit->count_props_ptr), 1u);
   EXPECT_EQ(*reinterpret_cast<const uint32_t*>(commit->props_ptr),
-            kernel.property(kFakePlane, "FB_ID").id);
-  kernel.asked = static_cast<uint32_t>(*reinterpret_cast<const uint64_t*>(commit->prop_values_ptr));
-  kernel.waiting = reinterpret_cast<void*>(commit->user_data);
+            drm_kernel.property(kFakePlane, "FB_ID").id);
+  drm_kernel.asked =
+      static_cast<uint32_t>(*reinterpret_cast<const uint64_t*>(commit->prop_values_ptr));
+  drm_kernel.waiting = reinterpret_cast<void*>(commit->user_data);
   return 0;
 }
 
 int drmWaitVBlank(int, drmVBlankPtr wait) {
-  if (kernel.fails("wait")) return -1;
-  kernel.vblank();
-  wait->reply.sequence = static_cast<unsigned>(kernel.sequence);
-  wait->reply.tval_sec = static_cast<long>(kernel.now_us / 1000000);
-  wait->reply.tval_usec = static_cast<long>(kernel.now_us % 1000000);
+  if (drm_kernel.fails("wait")) return -1;
+  drm_kernel.vblank();
+  wait->reply.sequence = static_cast<unsigned>(drm_kernel.sequence);
+  wait->reply.tval_sec = static_cast<long>(drm_kernel.now_us / 1000000);
+  wait->reply.tval_usec = static_cast<long>(drm_kernel.now_us % 1000000);
   return 0;
 }
 int drmHandleEvent(int fd, drmEventContextPtr context) {
-  if (kernel.fails("event")) return -1;
+  if (drm_kernel.fails("event")) return -1;
   errno = EAGAIN;
-  if (!kernel.event.ready) return -1;
-  kernel.event.ready = false;
-  void* user = std::exchange(kernel.waiting, nullptr);
+  if (!drm_kernel.event.ready) return -1;
+  drm_kernel.event.ready = false;
+  void* user = std::exchange(drm_kernel.waiting, nullptr);
   EXPECT_GE(context->version, 3);
-  context->page_flip_handler2(fd, kernel.event.sequence,
-                              static_cast<unsigned>(kernel.event.at_us / 1000000),
-                              static_cast<unsigned>(kernel.event.at_us % 1000000), kFakeCrtc, user);
+  context->page_flip_handler2(
+      fd, drm_kernel.event.sequence, static_cast<unsigned>(drm_kernel.event.at_us / 1000000),
+      static_cast<unsigned>(drm_kernel.event.at_us % 1000000), kFakeCrtc, user);
   return 0;
 }
 }

@@ -24,7 +24,7 @@ extern "C" {
 
 namespace {
 
-lamella_v1_BlobQuery photograph(const lamella_v1_FrameOffer& offer, uint32_t offset) {
+lamella_v1_BlobQuery blob_of(const lamella_v1_FrameOffer& offer, uint32_t offset) {
   return {lamella_v1_BlobQuery_Kind_PHOTOGRAPH, offer.burst_id, offer.frame_id, offset};
 }
 
@@ -38,7 +38,7 @@ TEST_F(Rigd, TakesABurstAndHandsOverEveryPhotograph) {
   const auto offers = host.offers(burst_id);
   ASSERT_EQ(offers.size(), 40u);
   for (const lamella_v1_FrameOffer& offer : offers) {
-    const std::vector<uint8_t> bytes = host.fetch(photograph(offer, 0));
+    const std::vector<uint8_t> bytes = host.fetch(blob_of(offer, 0));
     ASSERT_EQ(bytes.size(), offer.size_bytes);
     EXPECT_EQ(crc32c_extend(0, bytes.data(), bytes.size()), offer.crc32c);
     lamella_v1_Request ack = request_of(lamella_v1_Request_ack_tag);
@@ -58,7 +58,7 @@ TEST_F(Rigd, TransferGoesOnWhereItBrokeOnANewConnection) {
   const uint64_t burst_id = first->run_burst();
   const lamella_v1_FrameOffer offer = first->offers(burst_id)[6];
   lamella_v1_Request request = request_of(lamella_v1_Request_blob_tag);
-  request.body.blob = photograph(offer, 0);
+  request.body.blob = blob_of(offer, 0);
   const lamella_v1_Reply chunk = first->ask(request);  // one chunk, then the cable is pulled
   first.reset();
 
@@ -67,7 +67,7 @@ TEST_F(Rigd, TransferGoesOnWhereItBrokeOnANewConnection) {
   EXPECT_EQ(second.offers(burst_id).size(), 40u);
   const auto& data = chunk.body.chunk.data;
   std::vector<uint8_t> bytes(data.bytes, data.bytes + data.size);
-  const std::vector<uint8_t> rest = second.fetch(photograph(offer, data.size));
+  const std::vector<uint8_t> rest = second.fetch(blob_of(offer, data.size));
   bytes.insert(bytes.end(), rest.begin(), rest.end());
   EXPECT_EQ(crc32c_extend(0, bytes.data(), bytes.size()), offer.crc32c);
 }
@@ -201,7 +201,7 @@ TEST_F(Rigd, InjectedFaultsReachThePictures) {
   host.ask(hello());
   const lamella_v1_FrameOffer offer = host.offers(host.run_burst())[0];
   EXPECT_TRUE(offer.marked);
-  const std::vector<uint8_t> bytes = host.fetch(photograph(offer, 0));
+  const std::vector<uint8_t> bytes = host.fetch(blob_of(offer, 0));
   EXPECT_NEAR(unpack_first_row(bytes.data())[0], 0.75 * 24 / 30, 0.001);
 }
 

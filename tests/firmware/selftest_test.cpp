@@ -20,8 +20,8 @@ namespace {
 unsigned only(selftest_part part) { return 1u << part; }
 
 // A rig in memory that tests itself before a fake twin.
-struct Bench : FaultyRig {
-  explicit Bench(const std::vector<std::string>& injected = {}) : FaultyRig(injected) {
+struct SelftestBench : FaultyRig {
+  explicit SelftestBench(const std::vector<std::string>& injected = {}) : FaultyRig(injected) {
     selftest_init(&test, &rig, &sim.hal, &photographs);
   }
 
@@ -34,7 +34,7 @@ struct Bench : FaultyRig {
 
   // Learns the LEDs of a rig without faults, then goes on with this one.
   void learn() {
-    Bench good;
+    SelftestBench good;
     EXPECT_EQ(good.run(only(SELFTEST_LEDS), false, true).bad, 0u) << good.text();
     test.reference = good.test.reference;
     EXPECT_EQ(test.reference.led_count, rig.led_count);
@@ -57,7 +57,7 @@ struct Bench : FaultyRig {
 
 void expect_found(const std::string& fault, selftest_part part, lam_part panel,
                   const std::string& says) {
-  Bench bench({fault});
+  SelftestBench bench({fault});
   EXPECT_GT(bench.run(only(part)).bad, 0u) << fault;
   EXPECT_EQ(selftest_failed_part(&bench.test), panel) << fault;
   EXPECT_NE(bench.text().find(says), std::string::npos) << fault << "\n" << bench.text();
@@ -66,7 +66,7 @@ void expect_found(const std::string& fault, selftest_part part, lam_part panel,
 }  // namespace
 
 TEST(Selftest, OfAGoodRigFindsNothing) {
-  Bench bench;
+  SelftestBench bench;
   bench.learn();
   const struct selftest& test = bench.run(SELFTEST_ALL);
   EXPECT_EQ(test.bad, 0u) << bench.text();
@@ -77,7 +77,7 @@ TEST(Selftest, OfAGoodRigFindsNothing) {
 
 TEST(Selftest, LeavesTheAnalyserWhereItStood) {
   for (const bool crossed : {false, true}) {
-    Bench bench;
+    SelftestBench bench;
     double at_us = 0;
     if (crossed) {
       bench.sim.hal.move_analyser(&bench.sim, true, &at_us);
@@ -104,7 +104,7 @@ TEST(Selftest, EachInjectedFaultIsFoundAndNamed) {
 }
 
 TEST(Selftest, AStuckActuatorIsBadForItselfAlone) {
-  Bench bench({"stuck-actuator"});
+  SelftestBench bench({"stuck-actuator"});
   double at_us = 0;
   ASSERT_EQ(bench.sim.hal.move_analyser(&bench.sim, true, &at_us), LAM_OK);
   bench.sim.hal.wait_until_us(&bench.sim, at_us + 2 * bench.rig.analyser_move_us);
@@ -114,7 +114,7 @@ TEST(Selftest, AStuckActuatorIsBadForItselfAlone) {
 }
 
 TEST(Selftest, OfSomePartsReplacesTheVerdictsOfThoseAlone) {
-  Bench bench({"slow-actuator:2", "flip-bit:77"});
+  SelftestBench bench({"slow-actuator:2", "flip-bit:77"});
   const unsigned chain = only(SELFTEST_CHAIN), actuator = only(SELFTEST_ACTUATOR);
   bench.run(SELFTEST_ALL & ~only(SELFTEST_LEDS), true);
   EXPECT_EQ(bench.test.unfit, chain | actuator);
@@ -131,7 +131,7 @@ TEST(Selftest, OfSomePartsReplacesTheVerdictsOfThoseAlone) {
 }
 
 TEST(Selftest, ThatSkipsAPartLeavesItsVerdict) {
-  Bench bench({"dead-led:17"});
+  SelftestBench bench({"dead-led:17"});
   bench.run(only(SELFTEST_LEDS));
   ASSERT_EQ(bench.test.unfit, only(SELFTEST_LEDS)) << bench.text();
   bench.sim.faults = kSimNoFaults;
@@ -144,7 +144,7 @@ TEST(Selftest, ThatSkipsAPartLeavesItsVerdict) {
 }
 
 TEST(Selftest, ARigWithoutThermistorsIsNotUnfitForThemWhereItsInputsFail) {
-  Bench bench;
+  SelftestBench bench;
   bench.rig.board.given = true;
   bench.sim.hal.sense = [](void*, struct hal_senses*) { return LAM_HARDWARE; };
   bench.run(only(SELFTEST_ESTOP) | only(SELFTEST_TEMPERATURE));
@@ -154,7 +154,7 @@ TEST(Selftest, ARigWithoutThermistorsIsNotUnfitForThemWhereItsInputsFail) {
 // A wire that is broken and reads 1 wherever the analyser stands.
 TEST(Selftest, BothEndStopsAtOnceAreBad) {
   static enum lam_status (*sense_rig)(void*, struct hal_senses*);
-  Bench bench;
+  SelftestBench bench;
   sense_rig = bench.sim.hal.sense;
   bench.sim.hal.sense = [](void* self, struct hal_senses* senses) {
     const enum lam_status status = sense_rig(self, senses);
@@ -182,7 +182,7 @@ TEST(Selftest, AWrongBitIsNamedByItsPlace) {
   expect_found("flip-bit:" + std::to_string(CHAIN_BITS - 12), SELFTEST_CHAIN, LAM_PART_LED_CHAIN,
                "chip 0 output 0 bit 11");
   expect_found("stuck-bit:0", SELFTEST_CHAIN, LAM_PART_LED_CHAIN, "chip 6 output 23 bit 11");
-  Bench flipped({"flip-bit:77"});
+  SelftestBench flipped({"flip-bit:77"});
   flipped.run(only(SELFTEST_CHAIN));
   EXPECT_NE(flipped.text().find("wrong bits 9"), std::string::npos) << flipped.text();
 }
@@ -195,7 +195,7 @@ TEST(Selftest, AChipThatForgetsWhatItIsToldBesideLevelsIsNamed) {
 }
 
 TEST(Selftest, SeesThatLightsGoOffByThemselvesWhenTheHeartStops) {
-  Bench bench;
+  SelftestBench bench;
   EXPECT_EQ(bench.run(only(SELFTEST_BLANK)).bad, 0u) << bench.text();
   ASSERT_EQ(bench.test.count, 2u);
   EXPECT_STREQ(bench.test.readings[1].what, "dark after the last heartbeat");
@@ -205,7 +205,7 @@ TEST(Selftest, SeesThatLightsGoOffByThemselvesWhenTheHeartStops) {
 }
 
 TEST(Selftest, NeverLatchesTheRandomStreamsOfTheChain) {
-  Bench bench;
+  SelftestBench bench;
   uint8_t before[CHAIN_BITS];
   memcpy(before, bench.sim.light.chain.latched, sizeof before);
   selftest_begin(&bench.test, only(SELFTEST_CHAIN), false, false);
@@ -219,17 +219,17 @@ TEST(Selftest, NeverLatchesTheRandomStreamsOfTheChain) {
 
 TEST(Selftest, DeadWeakAndSwappedLedsAreNamedByNumberChipAndOutput) {
   for (const bool quick : {false, true}) {
-    Bench dead({"dead-led:17"});
+    SelftestBench dead({"dead-led:17"});
     dead.learn();
     EXPECT_EQ(dead.run(only(SELFTEST_LEDS), quick).blamed, 1u);
     EXPECT_NE(dead.text().find("LED 17 (chip 3 output 2) 0.0"), std::string::npos) << dead.text();
 
-    Bench weak({"weak-led:149"});
+    SelftestBench weak({"weak-led:149"});
     weak.learn();
     EXPECT_EQ(weak.run(only(SELFTEST_LEDS), quick).blamed, 1u);
     EXPECT_NE(weak.text().find("LED 149 (chip 2 output 21) 0.5"), std::string::npos) << weak.text();
 
-    Bench swapped({"swapped-leds:40:60"});
+    SelftestBench swapped({"swapped-leds:40:60"});
     swapped.learn();
     EXPECT_EQ(swapped.run(only(SELFTEST_LEDS), quick).blamed, 2u);
     const std::string text = swapped.text();
@@ -242,7 +242,7 @@ TEST(Selftest, DeadWeakAndSwappedLedsAreNamedByNumberChipAndOutput) {
 // At half its brightness an LED is nearer to a neighbour that was always dim than to itself.
 TEST(Selftest, AnLedThatIsWeakIsWeakWhicheverItIs) {
   for (const char* fault : {"weak-led:3", "weak-led:0", "weak-led:9", "weak-led:100"}) {
-    Bench bench({fault});
+    SelftestBench bench({fault});
     bench.learn();
     EXPECT_EQ(bench.run(only(SELFTEST_LEDS)).blamed, 1u);
     EXPECT_NE(bench.text().find("weak: dirt"), std::string::npos) << fault << bench.text();
@@ -251,14 +251,14 @@ TEST(Selftest, AnLedThatIsWeakIsWeakWhicheverItIs) {
 
 // A chip's LEDs together look the same whichever of them is wired where.
 TEST(Selftest, LedsSwappedWithinAChipAreForTheFullTest) {
-  Bench bench({"swapped-leds:40:61"});
+  SelftestBench bench({"swapped-leds:40:61"});
   bench.learn();
   EXPECT_EQ(bench.run(only(SELFTEST_LEDS), true).blamed, 0u) << bench.text();
   EXPECT_EQ(bench.run(only(SELFTEST_LEDS), false).blamed, 2u) << bench.text();
 }
 
 TEST(Selftest, WithoutAReferenceADeadLedIsToldAllTheSame) {
-  Bench bench({"dead-led:3"});
+  SelftestBench bench({"dead-led:3"});
   EXPECT_EQ(bench.run(only(SELFTEST_LEDS)).blamed, 1u);
   EXPECT_NE(bench.text().find("LED 3 (chip 3 output 0)"), std::string::npos) << bench.text();
   EXPECT_NE(bench.text().find("none: dead LEDs alone"), std::string::npos) << bench.text();
@@ -266,7 +266,7 @@ TEST(Selftest, WithoutAReferenceADeadLedIsToldAllTheSame) {
 
 // No camera sees what LEDs 84 and 85 light: they stand behind. LED 3 is above.
 TEST(Selftest, ADarkLedBehindIsNotJudgedAndADarkOneInSightIsDead) {
-  Bench behind({"dead-led:85"});
+  SelftestBench behind({"dead-led:85"});
   EXPECT_EQ(behind.run(only(SELFTEST_LEDS)).bad, 0u) << behind.text();
   EXPECT_NE(behind.text().find("LED 85 (chip 1 output 12)"), std::string::npos) << behind.text();
   EXPECT_NE(behind.text().find("not judged, look whether it lights up"), std::string::npos);
@@ -275,14 +275,14 @@ TEST(Selftest, ADarkLedBehindIsNotJudgedAndADarkOneInSightIsDead) {
   EXPECT_EQ(all.value, 149);
   EXPECT_EQ(all.high, 149);
   EXPECT_STREQ(all.note, "of 150; not judged, as no camera sees their light: 1");
-  EXPECT_EQ(Bench({"dead-led:3"}).run(only(SELFTEST_LEDS)).blamed, 1u);
+  EXPECT_EQ(SelftestBench({"dead-led:3"}).run(only(SELFTEST_LEDS)).blamed, 1u);
   behind.learn();  // on a rig whose cameras do see it, dead is dead
   EXPECT_EQ(behind.run(only(SELFTEST_LEDS)).blamed, 1u);
 }
 
 // It may be dead or behind the subject: whoever learns is told to look, and it is left out.
 TEST(Selftest, AnLedThatNoCameraSeesIsNamedWhenLearning) {
-  Bench bench({"dead-led:3"});
+  SelftestBench bench({"dead-led:3"});
   EXPECT_EQ(bench.run(only(SELFTEST_LEDS), false, true).bad, 0u);
   EXPECT_NE(bench.text().find("LED 3 (chip 3 output 0)"), std::string::npos) << bench.text();
   EXPECT_NE(bench.text().find("look whether it lights up"), std::string::npos) << bench.text();
@@ -294,14 +294,14 @@ TEST(Selftest, AnLedThatNoCameraSeesIsNamedWhenLearning) {
 }
 
 TEST(Selftest, TheQuickTestTakesAPhotographOfEachChipAlone) {
-  Bench bench;
+  SelftestBench bench;
   bench.learn();
   EXPECT_EQ(bench.run(only(SELFTEST_LEDS), true).bad, 0u) << bench.text();
   EXPECT_EQ(bench.twin.reports().size(), 2u * (1 + CHAIN_CHIPS));
 }
 
 TEST(Selftest, LedLightKeepsToTheRulesOfTimeAndDuty) {
-  Bench bench;
+  SelftestBench bench;
   bench.run(only(SELFTEST_LEDS));
   const auto reports = bench.twin.reports();
   double on_us = 0, first_us = -1, last_us = 0;
@@ -322,14 +322,14 @@ TEST(Selftest, LedLightKeepsToTheRulesOfTimeAndDuty) {
 }
 
 TEST(Selftest, UnderAnEmergencyStopTheLedsAreNotBlamed) {
-  Bench bench({"estop"});
+  SelftestBench bench({"estop"});
   EXPECT_EQ(bench.run(only(SELFTEST_LEDS)).bad, 0u);
   EXPECT_NE(bench.text().find("emergency stop cuts"), std::string::npos);
 }
 
 // A board that is being built up names its devices one after the other.
 TEST(Selftest, WhatTheRigFileDoesNotNameIsSkippedAndSaid) {
-  Bench bench;
+  SelftestBench bench;
   bench.rig.board.given = true;
   const struct selftest& test =
       bench.run(only(SELFTEST_PROJECTOR) | only(SELFTEST_CAMERAS) | only(SELFTEST_LEDS));
@@ -339,7 +339,7 @@ TEST(Selftest, WhatTheRigFileDoesNotNameIsSkippedAndSaid) {
 }
 
 TEST(Selftest, TheDiskIsMeasuredAgainstTheBudget) {
-  Bench bench;
+  SelftestBench bench;
   struct Disk {
     double free_bytes, bytes_per_s;
   } disk = {1e12, 200e6};
@@ -374,7 +374,7 @@ TEST(Selftest, PartsAreFoundByTheirNames) {
 }
 
 TEST(LedReference, GoesWhereALinkLeadsAndStaysALinkItself) {
-  Bench bench;
+  SelftestBench bench;
   bench.learn();
   char folder[] = "/tmp/lamella-reference-XXXXXX";
   const std::filesystem::path place = mkdtemp(folder);
@@ -390,7 +390,7 @@ TEST(LedReference, GoesWhereALinkLeadsAndStaysALinkItself) {
 }
 
 TEST(LedReference, ComesBackFromItsFileAndADamagedOneIsRefused) {
-  Bench bench;
+  SelftestBench bench;
   bench.learn();
   char folder[] = "/tmp/lamella-reference-XXXXXX";
   const std::string path = std::string(mkdtemp(folder)) + "/leds.reference";

@@ -19,16 +19,16 @@ extern "C" {
 
 namespace {
 
-constexpr double kTickUs = 10e3;
+constexpr double kStandaloneTickUs = 10e3;
 
-struct Bench : FaultyRig {
-  explicit Bench(const std::vector<std::string>& injected = {}) : FaultyRig(injected) {
+struct StandaloneBench : FaultyRig {
+  explicit StandaloneBench(const std::vector<std::string>& injected = {}) : FaultyRig(injected) {
     session_init(&session, &rig, &sim.hal, &photographs);
     selftest_init(&selftest, &rig, &sim.hal, &photographs);
     standalone_init(&alone, &session, &selftest, SELFTEST_ALL);
     alone.has_button = true;
   }
-  ~Bench() { session_close(&session); }
+  ~StandaloneBench() { session_close(&session); }
 
   double now_us() { return sim.hal.now_us(&sim); }
 
@@ -80,7 +80,7 @@ struct Bench : FaultyRig {
 
   void expect_line(hal_line line, const panel_pattern& pattern, const char* name) {
     // A tick late at most, and the light as late as it must not rise again.
-    const double late_us = 2.5 * kTickUs;
+    const double late_us = 2.5 * kStandaloneTickUs;
     for (double t_us = alone.panel.since_us; t_us < now_us() - late_us; t_us += 1e3) {
       const double since_us = t_us - alone.panel.since_us;
       const bool before = panel_pattern_level(&pattern, since_us - late_us);
@@ -98,7 +98,7 @@ struct Bench : FaultyRig {
 }  // namespace
 
 TEST(Standalone, ButtonToSessionWithNoHost) {
-  Bench bench;
+  StandaloneBench bench;
   EXPECT_EQ(bench.alone.state, STANDALONE_TESTING);
   EXPECT_EQ(bench.alone.panel.code, PANEL_STARTING);
   bench.run_until(STANDALONE_READY);
@@ -130,7 +130,7 @@ TEST(Standalone, ButtonToSessionWithNoHost) {
 
 TEST(Standalone, EveryLastingCodeIsPlayedOnTheLinesAsInTheTable) {
   for (int code = 0; code < PANEL_CODES; code++) {
-    Bench bench;
+    StandaloneBench bench;
     bench.run_until(STANDALONE_READY);
     bench.run(1e6);
     panel_show(&bench.alone.panel, PANEL_BURST, bench.now_us());
@@ -142,7 +142,7 @@ TEST(Standalone, EveryLastingCodeIsPlayedOnTheLinesAsInTheTable) {
 }
 
 TEST(Standalone, ReadyLightNeverFlashesFasterThanThreeTimesASecond) {
-  Bench bench;
+  StandaloneBench bench;
   bench.run_until(STANDALONE_READY);
   for (int i = 0; i < 20; i++) {
     bench.press(60e3);  // into the countdown and out of it again
@@ -158,7 +158,7 @@ TEST(Standalone, ReadyLightNeverFlashesFasterThanThreeTimesASecond) {
 }
 
 TEST(Standalone, ASecondPressCallsTheCountdownOff) {
-  Bench bench;
+  StandaloneBench bench;
   bench.run_until(STANDALONE_READY);
   bench.press(100e3);
   bench.run(1e6);
@@ -169,7 +169,7 @@ TEST(Standalone, ASecondPressCallsTheCountdownOff) {
 }
 
 TEST(Standalone, AHeldButtonPairsAndDoesNotStartABurst) {
-  Bench bench;
+  StandaloneBench bench;
   bench.run_until(STANDALONE_READY);
   bench.sim.faults.press_us = bench.now_us() - bench.sim.opened_us;
   bench.sim.faults.hold_us = 6e6;
@@ -184,7 +184,7 @@ TEST(Standalone, AHeldButtonPairsAndDoesNotStartABurst) {
 }
 
 TEST(Standalone, AMarkedBurstIsSaidToBeDoubtful) {
-  Bench bench({"late-blank:6000"});
+  StandaloneBench bench({"late-blank:6000"});
   bench.run_until(STANDALONE_READY);
   bench.press(100e3);
   bench.run_until(STANDALONE_VERDICT);
@@ -201,7 +201,7 @@ TEST(Standalone, EachFaultOfTheSelfTestHasItsCodeAndRefusesTheButton) {
       {"missing-chip:3", PANEL_FAULT_LED_CHAIN},
       {"frozen-projector", PANEL_FAULT_PROJECTOR}};
   for (const auto& [fault, code] : cases) {
-    Bench bench({fault});
+    StandaloneBench bench({fault});
     bench.run_until(STANDALONE_FAULT);
     bench.run(12e6);
     bench.expect_shown(code);
@@ -219,7 +219,7 @@ TEST(Standalone, APartThatFailedStaysFailedUntilATestOfThatPartFindsItGood) {
       {"stuck-bit:100", SELFTEST_CHAIN, PANEL_FAULT_LED_CHAIN},
       {"frozen-projector", SELFTEST_PROJECTOR, PANEL_FAULT_PROJECTOR}};
   for (const auto& [fault, part, code] : cases) {
-    Bench bench({fault});
+    StandaloneBench bench({fault});
     bench.run_until(STANDALONE_FAULT);
     bench.test(1u << SELFTEST_ESTOP);
     EXPECT_EQ(bench.selftest.bad, 0u) << fault;
@@ -237,7 +237,7 @@ TEST(Standalone, APartThatFailedStaysFailedUntilATestOfThatPartFindsItGood) {
 }
 
 TEST(Standalone, AHostsBurstLeavesAFailedPartFailed) {
-  Bench bench({"slow-actuator:1.2"});
+  StandaloneBench bench({"slow-actuator:1.2"});
   bench.run_until(STANDALONE_FAULT);
   ASSERT_EQ(session_request_burst(&bench.session, false), LAM_OK) << bench.session.refusal;
   bench.run_until(STANDALONE_VERDICT);
@@ -247,7 +247,7 @@ TEST(Standalone, AHostsBurstLeavesAFailedPartFailed) {
 }
 
 TEST(Standalone, AFaultOfABurstThatAHostClearsGivesWayToThePartThatFailedBefore) {
-  Bench bench({"slow-actuator:1.2"});
+  StandaloneBench bench({"slow-actuator:1.2"});
   bench.run_until(STANDALONE_FAULT);
   ASSERT_EQ(session_request_burst(&bench.session, false), LAM_OK) << bench.session.refusal;
   bench.run_until(STANDALONE_BURST);
@@ -262,7 +262,7 @@ TEST(Standalone, AFaultOfABurstThatAHostClearsGivesWayToThePartThatFailedBefore)
 }
 
 TEST(Standalone, TheButtonTestsWhatPowerOnTestsWhateverAHostTestedLast) {
-  Bench bench;
+  StandaloneBench bench;
   bench.run_until(STANDALONE_READY);
   bench.test(1u << SELFTEST_ESTOP);
   bench.press(100e3);
@@ -277,7 +277,7 @@ TEST(Standalone, TheButtonTestsWhatPowerOnTestsWhateverAHostTestedLast) {
 
 // Two LEDs of one chip: their light together is as expected.
 TEST(Standalone, WhatAFullTestOfTheLedsFoundIsNotOutdoneByAQuickOne) {
-  Bench bench;
+  StandaloneBench bench;
   bench.run_until(STANDALONE_READY);
   bench.test(1u << SELFTEST_LEDS, true);
   size_t other = 18;
@@ -294,7 +294,7 @@ TEST(Standalone, WhatAFullTestOfTheLedsFoundIsNotOutdoneByAQuickOne) {
 }
 
 TEST(Standalone, TheButtonIsFeltWhileTheActuatorIsStuck) {
-  Bench bench;
+  StandaloneBench bench;
   bench.run_until(STANDALONE_READY);
   bench.sim.faults.stuck_actuator = true;
   bench.press(100e3);
@@ -307,7 +307,7 @@ TEST(Standalone, TheButtonIsFeltWhileTheActuatorIsStuck) {
 }
 
 TEST(Standalone, ABurstIsRefusedToAHostTooWhereLightsWouldNotGoOffByThemselves) {
-  Bench bench({"dead-monostable"});
+  StandaloneBench bench({"dead-monostable"});
   const char* why = nullptr;
   const char* says =
       "self-test: dark after the last heartbeat: it stays lit when the heart stops: the "
@@ -328,13 +328,13 @@ TEST(Standalone, ABurstIsRefusedToAHostTooWhereLightsWouldNotGoOffByThemselves) 
 }
 
 TEST(Standalone, ABadReadingOnWhichNoDarknessHangsDoesNotRefuseAHost) {
-  Bench bench({"missing-chip:3"});
+  StandaloneBench bench({"missing-chip:3"});
   bench.run_until(STANDALONE_FAULT);
   EXPECT_EQ(session_request_burst(&bench.session, false), LAM_OK) << bench.session.refusal;
 }
 
 TEST(Standalone, AProjectorWhoseFlipsDoNotHappenIsToldWithWhatToDo) {
-  Bench bench({"frozen-projector"});
+  StandaloneBench bench({"frozen-projector"});
   const struct hal_pattern pattern = {};
   double at_us = 0;
   ASSERT_EQ(bench.sim.hal.commit_pattern(&bench.sim, pattern, &at_us), LAM_OK);
@@ -345,7 +345,7 @@ TEST(Standalone, AProjectorWhoseFlipsDoNotHappenIsToldWithWhatToDo) {
 }
 
 TEST(Standalone, AnEmergencyStopWhileReadyIsShownAndRecoveredFrom) {
-  Bench bench;
+  StandaloneBench bench;
   bench.run_until(STANDALONE_READY);
   bench.press(100e3);
   bench.sim.faults.estopped = true;
@@ -361,7 +361,7 @@ TEST(Standalone, AnEmergencyStopWhileReadyIsShownAndRecoveredFrom) {
 }
 
 TEST(Standalone, AnEmergencyStopThatWasSeenStandsUntilItIsTested) {
-  Bench bench;
+  StandaloneBench bench;
   bench.run_until(STANDALONE_READY);
   bench.sim.faults.estopped = true;
   bench.run(1e6);
@@ -381,7 +381,7 @@ TEST(Standalone, AnEmergencyStopThatWasSeenStandsUntilItIsTested) {
 }
 
 TEST(Standalone, AFaultOfTheBurstIsShownAndClearedByTheButton) {
-  Bench bench;
+  StandaloneBench bench;
   bench.run_until(STANDALONE_READY);
   bench.press(100e3);
   bench.run_until(STANDALONE_BURST);
@@ -395,7 +395,7 @@ TEST(Standalone, AFaultOfTheBurstIsShownAndClearedByTheButton) {
 }
 
 TEST(Standalone, PhotographsThatNobodyFetchedAreNotOverwritten) {
-  Bench bench;
+  StandaloneBench bench;
   bench.run_until(STANDALONE_READY);
   bench.press(100e3);
   bench.run_until(STANDALONE_VERDICT);
@@ -409,7 +409,7 @@ TEST(Standalone, PhotographsThatNobodyFetchedAreNotOverwritten) {
 
 TEST(Standalone, ADiskThatDoesNotTakeABurstIsShownAsAFaultOfTheDiskAndNotAsFull) {
   const TemporaryFolder folder;
-  Bench bench;
+  StandaloneBench bench;
   char why[160];
   ASSERT_EQ(store_open(&bench.photographs, folder.path().c_str(), nullptr, 0, why, sizeof why),
             LAM_OK);
@@ -423,7 +423,7 @@ TEST(Standalone, ADiskThatDoesNotTakeABurstIsShownAsAFaultOfTheDiskAndNotAsFull)
 }
 
 TEST(Standalone, AnUnsafePlanIsRefused) {
-  Bench bench;
+  StandaloneBench bench;
   bench.run_until(STANDALONE_READY);
   bench.rig.leds_light_us = 30400;
   bench.press(100e3);
@@ -433,7 +433,7 @@ TEST(Standalone, AnUnsafePlanIsRefused) {
 }
 
 TEST(Standalone, WhoAskedFirstHasTheRig) {
-  Bench bench;
+  StandaloneBench bench;
   EXPECT_EQ(session_request_burst(&bench.session, false), LAM_WRONG_STATE) << "it tests itself";
   bench.run_until(STANDALONE_READY);
   bench.press(100e3);
@@ -450,7 +450,7 @@ TEST(Standalone, WhoAskedFirstHasTheRig) {
 }
 
 TEST(Standalone, WithoutTheOptionTheButtonStartsNothing) {
-  Bench bench;
+  StandaloneBench bench;
   bench.alone.has_button = false;
   bench.run_until(STANDALONE_READY);
   bench.press(100e3);
@@ -459,7 +459,7 @@ TEST(Standalone, WithoutTheOptionTheButtonStartsNothing) {
 }
 
 TEST(Standalone, ASelfTestOnRequestEndsReady) {
-  Bench bench;
+  StandaloneBench bench;
   bench.run_until(STANDALONE_READY);
   const char* why = nullptr;
   ASSERT_EQ(standalone_request_selftest(&bench.alone, 1u << SELFTEST_LEDS, true, &why), LAM_OK);

@@ -20,7 +20,12 @@ struct rig test_rig(const std::string& name) {
 }
 
 struct burst_plan planned(const struct rig& rig) {
+  return planned(rig, {kBurstSteps, kBurstSteps + BURST_STEPS}, rig.analyser_parks_crossed);
+}
+
+struct burst_plan planned(const struct rig& rig, const std::vector<burst_step>& steps,
+                          bool starts_crossed) {
   struct burst_plan plan;
-  burst_order(&rig, kBurstSteps, BURST_STEPS, rig.analyser_parks_crossed, &plan);
+  burst_order(&rig, steps.data(), steps.size(), starts_crossed, &plan);
   return plan;
 }

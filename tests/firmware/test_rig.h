@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 extern "C" {
 #include "burst.h"
@@ -15,3 +16,5 @@ struct rig test_rig(const std::string& name = "sim");  // board/NAME.rig with it
 
 // The paper's burst, in its cheapest order, from where the rig parks its analyser.
 struct burst_plan planned(const struct rig& rig);
+struct burst_plan planned(const struct rig& rig, const std::vector<burst_step>& steps,
+                          bool starts_crossed);

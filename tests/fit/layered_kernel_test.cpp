@@ -7,7 +7,7 @@ namespace {
 
 constexpr double kFootprint_mm = 0.2;
 
-LayeredKernel skin() {
+LayeredKernel kernel_of_skin() {
   LayeredKernel kernel;
   kernel.deep_s = 0.8;
   kernel.deep_ld_mm = 1.4;
@@ -19,7 +19,7 @@ LayeredKernel skin() {
 }
 
 // The share of a wave of f cycles per mm that a kernel lets through: its Hankel transform.
-double transfer(const LayeredKernel& kernel, double f) {
+double transfer_of(const LayeredKernel& kernel, double f) {
   double sum = 0;
   for (double r = 5e-4; r < 40; r *= 1.002) {
     sum += kernel(r) * std::cyl_bessel_j(0.0, 2 * M_PI * f * r) * 2 * M_PI * r * r * 0.002;
@@ -35,7 +35,7 @@ WeightEquations waves_through(const LayeredKernel& kernel) {
     KernelEquations::Vector row = KernelEquations::Vector::Zero();
     for (int j = 0; j < GaussianBasis::kSize; ++j) row(j) = GaussianBasis::transfer(j, f);
     row(GaussianBasis::kSize) = 1;
-    equations.add(row, transfer(kernel, f) * blur, 1e4);
+    equations.add(row, transfer_of(kernel, f) * blur, 1e4);
   }
   return WeightEquations(equations, 1e-4);
 }
@@ -50,18 +50,20 @@ double difference(const LayeredKernel& a, const LayeredKernel& b) {
   return apart / light;
 }
 
-TEST(LayeredKernel, IntegratesToOne) { EXPECT_NEAR(transfer(skin(), 0), 1, 0.01); }
+TEST(LayeredKernel, IntegratesToOne) { EXPECT_NEAR(transfer_of(kernel_of_skin(), 0), 1, 0.01); }
 
 TEST(LayeredKernel, IsFoundAgainInWhatItShowsThroughTheBlur) {
-  LayeredKernel given = skin();
+  LayeredKernel given = kernel_of_skin();
   given.deep_ld_mm = 1.6;  // as the tail may say
-  const LayeredKernel found = fit_layered_kernel(waves_through(skin()), given, kFootprint_mm);
-  EXPECT_LT(difference(found, skin()), 0.03);
+  const LayeredKernel found =
+      fit_layered_kernel(waves_through(kernel_of_skin()), given, kFootprint_mm);
+  EXPECT_LT(difference(found, kernel_of_skin()), 0.03);
 }
 
 TEST(LayeredKernel, ABlurThatIsNotTakenOutIsTakenForSkin) {
-  const LayeredKernel found = fit_layered_kernel(waves_through(skin()), skin(), 0.05);
-  EXPECT_GT(difference(found, skin()), 0.05);
+  const LayeredKernel found =
+      fit_layered_kernel(waves_through(kernel_of_skin()), kernel_of_skin(), 0.05);
+  EXPECT_GT(difference(found, kernel_of_skin()), 0.05);
 }
 
 TEST(LayeredKernel, TheFootprintGrowsWithThePixelsAsFarAsItCanBeTakenOut) {

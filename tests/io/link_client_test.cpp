@@ -12,7 +12,7 @@ using testing::fake_photograph;
 using testing::FakeRig;
 using testing::FakeRigFaults;
 
-const cv::Size kSize(40, 30);  // 5400 bytes
+const cv::Size kPhotograph(40, 30);  // 5400 bytes
 
 LinkOptions quick() {
   LinkOptions options;
@@ -25,7 +25,7 @@ LinkOptions quick() {
 
 void load(FakeRig* rig, int photographs) {
   rig->set_calibration(std::string(3500, 'c'));
-  for (int i = 0; i < photographs; ++i) rig->add(fake_photograph(uint32_t(i), kSize));
+  for (int i = 0; i < photographs; ++i) rig->add(fake_photograph(uint32_t(i), kPhotograph));
 }
 
 // What a LinkClient says when `act` fails: its one line. It must be the rig's fault.
@@ -72,7 +72,7 @@ TEST(LinkClient, ReceivesEveryPhotographAsItWas) {
   const auto offers = client.offers(burst);
   ASSERT_EQ(offers.size(), 3u);
   for (const v1::FrameOffer& offer : offers) {
-    EXPECT_EQ(client.photograph(offer), fake_photograph(offer.frame_id(), kSize).bytes);
+    EXPECT_EQ(client.photograph(offer), fake_photograph(offer.frame_id(), kPhotograph).bytes);
     client.acknowledge(offer);
   }
   EXPECT_EQ(rig.acknowledged(), (std::set<uint32_t>{0, 1, 2}));
@@ -100,7 +100,7 @@ TEST(LinkClient, GoesOnFromTheByteItHadReachedAfterACut) {
   faults.cut_at_byte = 2345;
   faults.cut_times = 1;
   OfferedBurst burst(faults, 2);
-  EXPECT_EQ(burst.client.photograph(burst.offers[1]), fake_photograph(1, kSize).bytes);
+  EXPECT_EQ(burst.client.photograph(burst.offers[1]), fake_photograph(1, kPhotograph).bytes);
   EXPECT_EQ(burst.rig.connections(), 2);
 }
 
@@ -120,7 +120,7 @@ TEST(LinkClient, AsksAgainForADamagedChunk) {
   FakeRigFaults faults;
   faults.damaged_chunks = 1;
   OfferedBurst burst(faults, 1);
-  EXPECT_EQ(burst.client.photograph(burst.offers[0]), fake_photograph(0, kSize).bytes);
+  EXPECT_EQ(burst.client.photograph(burst.offers[0]), fake_photograph(0, kPhotograph).bytes);
   EXPECT_EQ(burst.rig.connections(), 2);
 }
 
@@ -128,7 +128,7 @@ TEST(LinkClient, AsksAgainForAChunkOutOfSequence) {
   FakeRigFaults faults;
   faults.chunks_out_of_sequence = 1;
   OfferedBurst burst(faults, 1);
-  EXPECT_EQ(burst.client.photograph(burst.offers[0]), fake_photograph(0, kSize).bytes);
+  EXPECT_EQ(burst.client.photograph(burst.offers[0]), fake_photograph(0, kPhotograph).bytes);
 }
 
 TEST(LinkClient, NeverAllocatesWhatAnOverlongLengthAnnounces) {
