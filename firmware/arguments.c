@@ -45,8 +45,11 @@ static bool refuse(const char* option, const char* value, const char* why) {
   return false;
 }
 
-// Each of them is all that the daemon then does.
 static bool is_of_one_mind(const struct arguments* arguments) {
+  if (arguments->test_frames && arguments->twin != NULL) {
+    return refuse("--test-frames", "", "not with --twin: leave out one of them");
+  }
+  // Each of these is all that the daemon then does.
   if (arguments->check && arguments->plan) return refuse("--check", "", "not with --plan");
   if (arguments->announce == NULL || !(arguments->check || arguments->plan)) return true;
   return refuse("--announce", "", arguments->check ? "not with --check" : "not with --plan");

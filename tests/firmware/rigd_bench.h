@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <stdlib.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -23,10 +24,12 @@ class Rigd : public ::testing::Test {
   void TearDown() override { std::filesystem::remove_all(folder); }
 
   std::vector<std::string> arguments(const std::vector<std::string>& more = {}) {
-    std::vector<std::string> all = {
-        "--hal",    "sim",        "--rig",         LAMELLA_BOARD_DIR "/sim.rig",
-        "--twin",   twin.path(),  "--calibration", folder / "calibration.json",
-        "--listen", "127.0.0.1:0"};
+    std::vector<std::string> all = {"--hal",         "sim",
+                                    "--rig",         LAMELLA_BOARD_DIR "/sim.rig",
+                                    "--calibration", folder / "calibration.json",
+                                    "--listen",      "127.0.0.1:0"};
+    const bool by_twin = std::find(more.begin(), more.end(), "--test-frames") == more.end();
+    if (by_twin) all.insert(all.end(), {"--twin", twin.path()});
     all.insert(all.end(), more.begin(), more.end());
     return last_of_each(all);
   }

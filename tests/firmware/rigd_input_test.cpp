@@ -94,6 +94,16 @@ TEST_F(RigdInput, CheckPlanAndAnnounceAreEachAllThatIsDone) {
   }
 }
 
+TEST_F(RigdInput, PhotographsAreATwinsOrNoiseAndNotBoth) {
+  std::vector<std::string> both = arguments();
+  both.push_back("--test-frames");
+  RigProcess rigd(both);
+  EXPECT_EQ(rigd.exit_code(), 2);
+  EXPECT_EQ(rigd.errors(),
+            "lamella-rigd: --test-frames: not with --twin: leave out one of them; see lamella-rigd "
+            "--help\n");
+}
+
 TEST_F(RigdInput, AFaultOfAPartThatTheRigHasNotIsRefusedWithThoseThatItHas) {
   const std::vector<std::pair<std::string, std::string>> wrong = {
       {"dead-led:150", "LEDs are 0 to 149"},

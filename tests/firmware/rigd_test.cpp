@@ -219,9 +219,7 @@ TEST_F(Rigd, AHangUpThatWasIgnoredBeforeStaysIgnoredAsUnderNohup) {
 TEST_F(Rigd, SignalsStopItWithLightsOffEvenInTheMiddleOfABurst) {
   for (const int number : {SIGTERM, SIGINT, SIGHUP}) {
     FakeTwin own;
-    auto all = arguments({"--clock", "real"});
-    all[5] = own.path();
-    RigProcess rigd(all);
+    RigProcess rigd(arguments({"--clock", "real", "--twin", own.path()}));
     TestHost host(rigd.port());
     host.ask(hello());
     host.ask(request_of(lamella_v1_Request_burst_tag));
