@@ -9,9 +9,21 @@ namespace lamella::fit {
 
 namespace {
 
-constexpr float kFineSigmaMm = 0.5f;    // less than light scatters
-constexpr float kCoarseSigmaMm = 2.5f;  // of a cheek; a nostril is finer
-constexpr float kQuietRad = 0.012f;     // of noise in a normal: less is not worth a coarse average
+// Each average gives way to the next where noise alone parts them. The finest is less than light
+// scatters, the second of a cheek: a nostril is finer.
+struct Width {
+  float sigma_mm, most_px;
+};
+constexpr Width kWidths[] = {{0.5f, 4}, {3, 20}, {8, 40}};
+constexpr float kQuietRad = 0.012f;   // of noise in a normal: less is not worth a wider average
+constexpr float kNoiseMargin = 1.2f;  // the energy of some pixels' noise is itself uncertain
+constexpr float kEnergyWidth = 1.6f;  // of the wider average's
+
+struct Average {
+  float width_px;
+  std::vector<float> taps;
+  cv::Mat_<DiffuseMoments> moments;
+};
 
 using PerChannel = cv::Vec<float, 6>;  // energy of what is fine, and of noise alone, by channel
 
@@ -32,23 +44,30 @@ cv::Mat_<DiffuseMoments> raw_moments(const Burst& burst, const Image1& distance_
   return moments;
 }
 
-// Variance of one component of the mean direction, of one pixel: m = 2 g/full - 1.
-float direction_variance(const Burst& burst, float full) {
-  const float least = std::max(full, 1e-6f);
-  return (4 * burst.led_noise.variance(0.5f * full) + burst.led_noise.variance(full)) /
-         (least * least);
+// What noise of one pixel adds to the squared length of the mean direction m = 2 g / full - 1, for
+// the channel.
+float noise_energy(const Burst& burst, const DiffuseMoments& moments, int channel) {
+  const float full = std::max(0.5f * moments[4 * channel], 1e-6f);  // through the analyser
+  const Vec3 m = mean_direction(moments, channel);
+  float variance = 0;
+  for (int a = 0; a < 3; ++a) {
+    const float share = 0.5f * (1 + m[a]);
+    variance += burst.led_noise.variance(std::max(share, 0.f) * full) +
+                share * share * burst.led_noise.variance(full);
+  }
+  return 4 * variance / (full * full);
 }
 
-// What noise turns the normals by that `fine` averages give, one sigma, in the green channel: the
+// What noise turns the normals by that an average gives, one sigma, in the green channel: the
 // median over the face.
-float noise_of(const Burst& burst, const cv::Mat_<DiffuseMoments>& fine, const Image1& distance_mm,
-               float gain) {
+float noise_of(const Burst& burst, const Average& average, const Image1& distance_mm) {
   constexpr int kEvery_px = 7;
+  const float gain = noise_gain(average.taps);
   std::vector<float> sigma;
-  for (int y = 0; y < fine.rows; y += kEvery_px) {
-    for (int x = 0; x < fine.cols; x += kEvery_px) {
+  for (int y = 0; y < average.moments.rows; y += kEvery_px) {
+    for (int x = 0; x < average.moments.cols; x += kEvery_px) {
       if (!burst.regions(y, x) || std::isnan(distance_mm(y, x))) continue;
-      sigma.push_back(std::sqrt(2 * gain * direction_variance(burst, 0.5f * fine(y, x)[4])));
+      sigma.push_back(std::sqrt(2 / 3.f * gain * noise_energy(burst, average.moments(y, x), 1)));
     }
   }
   if (sigma.empty()) return 0;
@@ -57,29 +76,30 @@ float noise_of(const Burst& burst, const cv::Mat_<DiffuseMoments>& fine, const I
 }
 
 // Replaces in `fine` what noise alone explains by `coarse`.
-void keep_what_rises_above_noise(const Burst& burst, const cv::Mat_<DiffuseMoments>& coarse,
-                                 const Image1& distance_mm, float gain, float energy_px,
-                                 float px_mm, cv::Mat_<DiffuseMoments>* fine) {
-  cv::Mat_<PerChannel> energy(fine->size());
-  parallel_for(fine->rows, [&](int y) {
-    for (int x = 0; x < fine->cols; ++x) {
+void keep_what_rises_above_noise(const Burst& burst, const Average& coarse,
+                                 const Image1& distance_mm, float px_mm, Average* fine) {
+  const float gain = noise_gain(fine->taps, coarse.taps);
+  cv::Mat_<PerChannel> energy(fine->moments.size());
+  parallel_for(fine->moments.rows, [&](int y) {
+    for (int x = 0; x < fine->moments.cols; ++x) {
       if (std::isnan(distance_mm(y, x))) continue;
       for (int c = 0; c < 3; ++c) {
-        const Vec3 turn = mean_direction((*fine)(y, x), c) - mean_direction(coarse(y, x), c);
+        const Vec3 turn =
+            mean_direction(fine->moments(y, x), c) - mean_direction(coarse.moments(y, x), c);
         energy(y, x)[c] = dot(turn, turn);
-        energy(y, x)[3 + c] = 3 * gain * direction_variance(burst, 0.5f * (*fine)(y, x)[4 * c]);
+        energy(y, x)[3 + c] = gain * noise_energy(burst, coarse.moments(y, x), c);
       }
     }
   });
-  energy = smooth_along_surface(energy, distance_mm, energy_px, px_mm);
-  parallel_for(fine->rows, [&](int y) {
-    for (int x = 0; x < fine->cols; ++x) {
+  energy = smooth_along_surface(energy, distance_mm, kEnergyWidth * coarse.width_px, px_mm);
+  parallel_for(fine->moments.rows, [&](int y) {
+    for (int x = 0; x < fine->moments.cols; ++x) {
       if (std::isnan(distance_mm(y, x))) continue;
-      DiffuseMoments& m = (*fine)(y, x);
+      DiffuseMoments& m = fine->moments(y, x);
       for (int c = 0; c < 3; ++c) {
         const float all = energy(y, x)[c], noise = energy(y, x)[3 + c];
-        const float kept = all > noise ? 1 - noise / all : 0.f;
-        const Vec3 base = mean_direction(coarse(y, x), c);
+        const float kept = std::max(0.f, 1 - kNoiseMargin * noise / all);
+        const Vec3 base = mean_direction(coarse.moments(y, x), c);
         const Vec3 direction = base + (mean_direction(m, c) - base) * kept;
         for (int a = 0; a < 3; ++a) m[4 * c + 1 + a] = m[4 * c] * direction[a];
       }
@@ -92,17 +112,19 @@ void keep_what_rises_above_noise(const Burst& burst, const cv::Mat_<DiffuseMomen
 cv::Mat_<DiffuseMoments> diffuse_moments(const Burst& burst, const Image1& distance_mm,
                                          float px_mm) {
   const cv::Mat_<DiffuseMoments> raw = raw_moments(burst, distance_mm);
-  const float fine_px = sigma_px(kFineSigmaMm, px_mm, 1.2f, 4.f);
-  cv::Mat_<DiffuseMoments> fine = smooth_along_surface(raw, distance_mm, fine_px, px_mm);
-  const std::vector<float> fine_taps = gaussian_taps(fine_px);
-  const float fine_gain = noise_gain(fine_taps);
-  if (noise_of(burst, fine, distance_mm, fine_gain) < kQuietRad) return fine;
-  const float coarse_px = sigma_px(kCoarseSigmaMm, px_mm, 2 * fine_px, 20.f);
-  const cv::Mat_<DiffuseMoments> coarse = smooth_along_surface(raw, distance_mm, coarse_px, px_mm);
-  keep_what_rises_above_noise(burst, coarse, distance_mm,
-                              noise_gain(fine_taps, gaussian_taps(coarse_px)), coarse_px, px_mm,
-                              &fine);
-  return fine;
+  std::vector<Average> averages;
+  for (const Width& width : kWidths) {
+    const float least_px = averages.empty() ? 1.2f : 2 * averages.back().width_px;
+    const float width_px =
+        sigma_px(width.sigma_mm, px_mm, least_px, std::max(least_px, width.most_px));
+    averages.push_back({width_px, gaussian_taps(width_px),
+                        smooth_along_surface(raw, distance_mm, width_px, px_mm)});
+    if (noise_of(burst, averages.back(), distance_mm) < kQuietRad) break;
+  }
+  for (size_t i = averages.size() - 1; i-- > 0;) {
+    keep_what_rises_above_noise(burst, averages[i + 1], distance_mm, px_mm, &averages[i]);
+  }
+  return averages[0].moments;
 }
 
 }  // namespace lamella::fit

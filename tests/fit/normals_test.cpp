@@ -84,6 +84,10 @@ TEST(Normals, OfPhotographsFullOfNoiseAreAveragedAsFarAsNoiseHidesWhatIsFiner) {
   const auto [diffuse_deg, specular_deg] = median_deg(0.02f);
   EXPECT_LT(diffuse_deg, 1.5f);
   EXPECT_LT(specular_deg, 2.2f);
+  // Four times that: an average wider than the second.
+  const auto [noisy_diffuse_deg, noisy_specular_deg] = median_deg(0.08f);
+  EXPECT_LT(noisy_diffuse_deg, 5.1f);
+  EXPECT_LT(noisy_specular_deg, 5.9f);
 }
 
 TEST(Normals, TurnWithTheRig) {
