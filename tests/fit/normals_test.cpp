@@ -55,6 +55,7 @@ Burst noisy(Burst burst, float share) {
   const NoiseModel noise{0, double(share) * double(share)};
   cv::RNG random(1);
   const auto spoil = [&](Image3* image) {
+    *image = image->clone();
     for (Vec3& v : *image) {
       for (int c = 0; c < 3; ++c) {
         v[c] += float(random.gaussian(double(std::sqrt(noise.variance(v[c])))));
