@@ -116,6 +116,7 @@ LayeredFit fit_layers(const Session& session, Step until, LayerUse use, const Qu
       return 0;
     });
   }
+  settle_confidence(&fit.maps);
   return fit;
 }
 

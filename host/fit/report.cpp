@@ -1,5 +1,8 @@
 #include "fit/report.h"
 
+#include <algorithm>
+
+#include "base/parallel.h"
 #include "fit/unheld.h"
 
 namespace lamella::fit {
@@ -41,9 +44,20 @@ Image1 confidence_of(const Image1& sigma_mm) {
   return confidence;
 }
 
-// The map's own confidence, 0 where the map has no number.
 void put_confidence(const std::string& name, const Image1& confidence, LayeredFit* fit) {
   if (!confidence.empty()) fit->maps.confidence[name] = confidence;
+}
+
+// Of the pixels of a map, 0 where one of its channels is no number.
+void clear_unknown(const cv::Mat& map, Image1* confidence) {
+  const int channels = map.channels();
+  parallel_for(map.rows, [&](int y) {
+    const float* value = map.ptr<float>(y);
+    for (int x = 0; x < map.cols; ++x, value += channels) {
+      const bool known = std::all_of(value, value + channels, [](float v) { return is_finite(v); });
+      if (!known) (*confidence)(y, x) = 0;
+    }
+  });
 }
 
 void put_deep(const RegionScattering& from, v1::Region* region) {
@@ -179,6 +193,26 @@ void report_rerender(const RerenderResiduals& residuals, LayeredFit* fit) {
       {"rerender_full_cross_rms", residuals.full_cross}};
   for (const auto& [name, residual] : named) {
     if (std::isfinite(residual)) (*fit->layers.mutable_checks())[name] = residual;
+  }
+}
+
+void settle_confidence(LayerMaps* maps) {
+  const std::pair<const char*, cv::Mat> named[] = {{"position", maps->position_mm},
+                                                   {"normal_specular", maps->normal_specular},
+                                                   {"normal_diffuse", maps->normal_diffuse[0]},
+                                                   {"normal_diffuse", maps->normal_diffuse[1]},
+                                                   {"normal_diffuse", maps->normal_diffuse[2]},
+                                                   {"specular_intensity", maps->specular_intensity},
+                                                   {"single_albedo", maps->single_albedo},
+                                                   {"total_albedo", maps->total_albedo},
+                                                   {"shallow_albedo", maps->shallow_albedo},
+                                                   {"deep_albedo", maps->deep_albedo},
+                                                   {"deep_alpha", maps->deep_alpha},
+                                                   {"deep_ld", maps->deep_ld_mm}};
+  for (auto& [name, confidence] : maps->confidence) confidence = confidence.clone();  // maps share
+  for (const auto& [name, map] : named) {
+    const auto confidence = maps->confidence.find(name);
+    if (confidence != maps->confidence.end()) clear_unknown(map, &confidence->second);
   }
 }
 

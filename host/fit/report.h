@@ -15,4 +15,7 @@ void report_scattering(const Scattering& scattering, LayeredFit* fit);
 void report_albedo(const Albedo& albedo, LayeredFit* fit);
 void report_rerender(const RerenderResiduals& residuals, LayeredFit* fit);
 
+// No confidence in what is not known: last, of all maps.
+void settle_confidence(LayerMaps* maps);
+
 }  // namespace lamella::fit
