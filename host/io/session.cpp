@@ -142,10 +142,11 @@ void require(const Session& s, Role role, int index, Analyser analyser) {
   std::string name = role_name(role);
   if (role == Role::kFringe || role == Role::kStripes) name += " " + std::to_string(index);
   const std::string shortfall = read_shortfall(s.path);
-  throw_bad_input(field(s, "frames"),
-                  "no " + name + " " + analyser_name(analyser) + " of the left camera",
-                  shortfall.empty() ? "a burst needs all twenty"
-                                    : "the rig says: " + shortfall + "; take the burst again");
+  throw_bad_input(
+      field(s, "frames"), "no " + name + " " + analyser_name(analyser) + " of the left camera",
+      shortfall.empty() ? "a burst needs all twenty"
+                        : "the rig says: " + shortfall +
+                              "; if no other folder has the burst whole, take it again");
 }
 
 }  // namespace

@@ -323,7 +323,7 @@ TEST_F(Command, OfABurstThatLacksAPhotographMakesASessionThatSaysSo) {
   EXPECT_NE(capture.out.find("not to fit   "), std::string::npos) << capture.out;
   const std::string reason =
       "no DOTS CROSS of the left camera; the rig says: MARKED: step 7 "
-      "dropped by a camera; take the burst again";
+      "dropped by a camera; if no other folder has the burst whole, take it again";
   for (const char* command : {"check", "fit"}) {
     const Outcome outcome = run_lamella({command, in("s")});
     EXPECT_EQ(outcome.exit_code, 2);

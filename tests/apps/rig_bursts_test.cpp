@@ -286,6 +286,21 @@ TEST_F(RigBursts, SyncOfABurstThatTheRigMarkedKeepsWhatThereIsAndSaysThatItCanno
   EXPECT_FALSE(rig.holds_burst());
 }
 
+// The rest is where the capture that was cut off put it.
+TEST_F(RigBursts, SyncOfARestAsksForAnotherBurstOnlyWhereNoOtherFolderHasThisOneWhole) {
+  FakeRig rig;
+  load_burst(&rig, testing::kFakeSize, {v1::Frame::DOTS});
+  v1::HeldBurst held = whole_burst();
+  held.set_frames_acknowledged(2);
+  rig.hold(held);
+  const auto report = json_tree(sync(rig).out)["bursts"][0];
+  EXPECT_NE(report["unfit"].get<std::string>().find(
+                "2 of its photographs went to a host before; if no other folder has the burst "
+                "whole, take it again"),
+            std::string::npos)
+      << report["unfit"];
+}
+
 // The calibration of load_burst() with regions, of which a rig has no picture.
 std::string calibration_with_regions() {
   v1::Session calibration = testing::fake_calibration(testing::kFakeSize);
