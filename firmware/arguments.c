@@ -4,6 +4,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "complain.h"
+
 const char kArgumentsHelp[] =
     "usage: lamella-rigd --hal linux --rig FILE --calibration FILE\n"
     "                    --listen ADDRESS:PORT --state FOLDER [OPTION]...\n"
@@ -35,13 +37,13 @@ static bool parse_clock(const char* text, enum sim_clock* clock) {
 }
 
 static bool require(const char* value, const char* option) {
-  if (value == NULL) fprintf(stderr, "lamella-rigd: %s is missing; %s\n", option, kSeeHelp);
+  if (value == NULL) complain("lamella-rigd: %s is missing; %s", option, kSeeHelp);
   return value != NULL;
 }
 
 static bool refuse(const char* option, const char* value, const char* why) {
-  fprintf(stderr, "lamella-rigd: %s%s%s: %s; %s\n", option, value[0] != '\0' ? " " : "", value, why,
-          kSeeHelp);
+  complain("lamella-rigd: %s%s%s: %s; %s", option, value[0] != '\0' ? " " : "", value, why,
+           kSeeHelp);
   return false;
 }
 
@@ -74,7 +76,7 @@ static bool is_complete(const struct arguments* arguments) {
   if (strcmp(arguments->hal, "sim") == 0) {
     return arguments->test_frames || require(arguments->twin, "--twin");
   }
-  fprintf(stderr, "lamella-rigd: --hal %s: there are sim and linux\n", arguments->hal);
+  complain("lamella-rigd: --hal %s: there are sim and linux", arguments->hal);
   return false;
 }
 

@@ -9,6 +9,8 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "complain.h"
+
 enum { kStackBytes = 256 * 1024, kCameras = 2 };
 static const double kLongestStopUs = 1e6;
 
@@ -47,8 +49,8 @@ static void keep(struct collector* c, unsigned number, const struct hal_photogra
 }
 
 static void drop(struct collector* c, unsigned number, const struct hal_photograph* raw) {
-  fprintf(stderr, "lamella-rigd: shot %u, camera %u: dropped: %s\n", number / kCameras,
-          number % kCameras, raw->error);
+  complain("lamella-rigd: shot %u, camera %u: dropped: %s", number / kCameras, number % kCameras,
+           raw->error);
   c->dropped[number / kCameras] = true;
   __atomic_fetch_add(&c->done, 1, __ATOMIC_SEQ_CST);
 }

@@ -13,6 +13,8 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "complain.h"
+
 enum { kTicksSeen = 4 };
 static const double kShortestTickUs = 100;  // a coarse clock that is finer is set by no tick
 
@@ -38,7 +40,7 @@ double linux_wait_until_us(double t_us, double spin_us) {
 
 static int report(bool had, const char* setting) {
   if (had) return 0;
-  fprintf(stderr, "lamella-rigd: timing: %s cannot be had: %s\n", setting, strerror(errno));
+  complain("lamella-rigd: timing: %s cannot be had: %s", setting, strerror(errno));
   return 1;
 }
 

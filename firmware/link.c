@@ -9,6 +9,8 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "complain.h"
+
 // While edges are played the link is heard only in gaps this long: a short answer fits many times,
 // and a step of a handshake (a millisecond or two on a small board) fits into the longer ones.
 static const double kListenGapUs = 5000, kShakeGapUs = 20000;
@@ -128,7 +130,7 @@ static void show_code(struct link_server* server) {
   double at_us = 0;
   const bool shown = hal->set_line(hal->self, HAL_READY, light, &at_us) == LAM_OK &&
                      hal->set_line(hal->self, HAL_BUZZER, light, &at_us) == LAM_OK;
-  if (!shown) fprintf(stderr, "lamella-rigd: the pairing code cannot be shown: %s\n", hal->error);
+  if (!shown) complain("lamella-rigd: the pairing code cannot be shown: %s", hal->error);
   server->light = light;
 }
 

@@ -11,6 +11,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "complain.h"
+
 static const double kShakeUs = 8e6;  // a burst in between may take most of it
 
 // What is wrong with it, or NULL.
@@ -146,7 +148,7 @@ static bool know_guest(const struct link_door* door, const struct guest* guest,
 }
 
 static void refuse(struct guest* guest) {
-  fprintf(stderr, "lamella-rigd: a connection was refused: %s\n", guest->stream.fate);
+  complain("lamella-rigd: a connection was refused: %s", guest->stream.fate);
   hold_out(guest);
 }
 

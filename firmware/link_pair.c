@@ -8,6 +8,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "complain.h"
+
 #define CODE(name) lamella_v1_PairRefusal_Code_##name
 
 static const char kCommitLabel[] = "lamella pair commitment 1";
@@ -54,7 +56,7 @@ static bool refuse(struct pair* pair, lamella_v1_PairRefusal_Code code, const ch
   lamella_v1_PairReply reply = {.which_body = lamella_v1_PairReply_refusal_tag};
   reply.body.refusal.code = code;
   snprintf(reply.body.refusal.reason, sizeof reply.body.refusal.reason, "%s", reason);
-  fprintf(stderr, "lamella-rigd: pairing refused: %s\n", reason);
+  complain("lamella-rigd: pairing refused: %s", reason);
   pair->send(pair->context, &reply);
   pair_end(pair);
   return false;
@@ -102,9 +104,9 @@ static bool show_code(struct pair* pair) {
   pair->shown_us = pair->now_us;
   pair->ends_us = pair->now_us + kWindowUs;
   pair->phase = PAIR_AWAITS_COMMIT;
-  fprintf(stderr, "lamella-rigd: START is held: the code for the host that wants to pair is ");
-  for (int i = 0; i < PAIR_DIGITS; i++) fprintf(stderr, "%u", pair->digits[i]);
-  fprintf(stderr, "\n");
+  char code[PAIR_DIGITS + 1] = "";
+  for (int i = 0; i < PAIR_DIGITS; i++) code[i] = (char)('0' + pair->digits[i]);
+  complain("lamella-rigd: START is held: the code for the host that wants to pair is %s", code);
   lamella_v1_PairReply reply = {.which_body = lamella_v1_PairReply_ready_tag};
   snprintf(reply.body.ready.rig_name, sizeof reply.body.ready.rig_name, "%s", pair->rig_name);
   return pair->send(pair->context, &reply);
@@ -164,10 +166,10 @@ static bool let_in(struct pair* pair) {
     return refuse(pair, CODE(FULL), "the rig is paired with 16 hosts: let one forget it");
   }
   if (status != LAM_OK) {
-    fprintf(stderr, "lamella-rigd: %s\n", error);
+    complain("lamella-rigd: %s", error);
     return refuse(pair, CODE(STORE), "the rig could not write down that this host is paired");
   }
-  fprintf(stderr, "lamella-rigd: paired with a host\n");
+  complain("lamella-rigd: paired with a host");
   return true;
 }
 
@@ -199,7 +201,7 @@ static bool answer_forget(struct pair* pair) {
   lamella_v1_PairReply reply = {.which_body = lamella_v1_PairReply_forgotten_tag};
   reply.body.forgotten.knew = trust_knows(pair->trust, pair->host.fingerprint);
   if (trust_remove(pair->trust, pair->host.fingerprint, error, sizeof error) != LAM_OK) {
-    fprintf(stderr, "lamella-rigd: %s\n", error);
+    complain("lamella-rigd: %s", error);
     return refuse(pair, CODE(STORE), "the rig could not write down that this host is forgotten");
   }
   pair->send(pair->context, &reply);

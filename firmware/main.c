@@ -9,6 +9,7 @@
 
 #include "arguments.h"
 #include "calibration.h"
+#include "complain.h"
 #include "hal_linux.h"
 #include "hal_sim.h"
 #include "input_file.h"
@@ -61,7 +62,7 @@ static bool is_asked_to_stop(void) {
 }
 
 static int explain(enum lam_status status, const char* error) {
-  fprintf(stderr, "lamella-rigd: %s\n", error);
+  complain("lamella-rigd: %s", error);
   return status == LAM_BAD_INPUT ? kExitBadInput : kExitRigFailed;
 }
 
@@ -144,11 +145,11 @@ static enum lam_status read_calibration(struct dialogue* dialogue, const char* p
   char unread[INPUT_FILE_WHY_CHARS], why[CALIBRATION_WHY_CHARS];
   size_t* size = &dialogue->calibration_size;
   if (!input_file_read(path, bytes, sizeof bytes, size, unread)) {
-    fprintf(stderr, "lamella-rigd: --calibration %s: %s\n", path, unread);
+    complain("lamella-rigd: --calibration %s: %s", path, unread);
     return LAM_BAD_INPUT;
   }
   if (!calibration_check((const char*)bytes, *size, rig, cameras, why)) {
-    fprintf(stderr, "lamella-rigd: --calibration %s: %s\n", path, why);
+    complain("lamella-rigd: --calibration %s: %s", path, why);
     return LAM_BAD_INPUT;
   }
   dialogue->calibration = bytes;
@@ -159,8 +160,8 @@ static enum lam_status read_calibration(struct dialogue* dialogue, const char* p
 static bool has_cpu(const struct rig* rig) {
   const long count = sysconf(_SC_NPROCESSORS_CONF);
   if (!rig->board.given || rig->board.cpu < (double)count) return true;
-  fprintf(stderr, "lamella-rigd: linux.cpu is %.0f: this computer has processors 0 to %ld\n",
-          rig->board.cpu, count - 1);
+  complain("lamella-rigd: linux.cpu is %.0f: this computer has processors 0 to %ld", rig->board.cpu,
+           count - 1);
   return false;
 }
 
@@ -178,9 +179,9 @@ static enum lam_status read_inputs(struct daemon* daemon, const struct arguments
   if (strcmp(arguments->hal, "linux") != 0) return LAM_OK;
   if (!has_cpu(&daemon->rig)) return LAM_BAD_INPUT;
   if (arguments->state == NULL) {
-    fprintf(stderr,
-            "lamella-rigd: no --state: whoever can log in here may light the LEDs, over loopback "
-            "in the clear\n");
+    complain(
+        "lamella-rigd: no --state: whoever can log in here may light the LEDs, over loopback "
+        "in the clear");
   }
   return LAM_OK;
 }
@@ -249,7 +250,7 @@ static int start_panel(struct daemon* daemon, const struct arguments* arguments)
 // What was asked for went to standard output, or nowhere: then 2, as with `lamella`.
 static int end_output(void) {
   if (fflush(stdout) == 0 && !ferror(stdout)) return 0;
-  fprintf(stderr, "lamella-rigd: standard output: cannot be written: %s\n", strerror(errno));
+  complain("lamella-rigd: standard output: cannot be written: %s", strerror(errno));
   return kExitBadInput;
 }
 
@@ -257,7 +258,7 @@ static int end_output(void) {
 static int judge_plan(const struct rig* rig, const char* rig_file) {
   static lamella_v1_Plan plan;
   if (plan_describe(rig, &plan) == LAM_OK) return 0;
-  fprintf(stderr, "%s: the rig would not play its burst: %s\n", rig_file, plan.refusal);
+  complain("%s: the rig would not play its burst: %s", rig_file, plan.refusal);
   return kExitBadInput;
 }
 

@@ -2,6 +2,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "complain.h"
 #include "input_file.h"
 #include "rig.h"
 
@@ -28,11 +29,14 @@ static void print(const struct rig_errors* errors, const char* path, const char*
   const size_t kept = errors->count < RIG_MAX_ERRORS ? errors->count : RIG_MAX_ERRORS;
   for (size_t i = 0; i < kept; i++) {
     const struct rig_error* error = &errors->list[i];
-    fprintf(stderr, "%s:", error->in_leds ? leds : path);
-    if (error->line > 0) fprintf(stderr, "%d:", error->line);
-    fprintf(stderr, " %s\n", error->text);
+    const char* file = error->in_leds ? leds : path;
+    if (error->line > 0) {
+      complain("%s:%d: %s", file, error->line, error->text);
+    } else {
+      complain("%s: %s", file, error->text);
+    }
   }
-  if (errors->count > kept) fprintf(stderr, "%s: %zu more\n", path, errors->count - kept);
+  if (errors->count > kept) complain("%s: %zu more", path, errors->count - kept);
 }
 
 static void read_leds(const char* path, struct rig* rig, struct rig_errors* errors) {

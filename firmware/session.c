@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "budget.h"
+#include "complain.h"
 #include "latency.h"
 #include "led_driver.h"
 #include "session_inside.h"
@@ -129,8 +130,7 @@ bool session_fail(struct session* session, enum lam_part part, const char* why) 
   session->hal->lights_off(session->hal->self);
   snprintf(session->fault, sizeof session->fault, "%s", why);
   end_unwhole(session, session->fault);
-  fprintf(stderr, "lamella-rigd: burst %llu: FAULT: %s\n", (unsigned long long)session->burst_id,
-          why);
+  complain("lamella-rigd: burst %llu: FAULT: %s", (unsigned long long)session->burst_id, why);
   session->has_news = go(session, STATE(FAULT)) == LAM_OK;
   return true;
 }
@@ -325,8 +325,8 @@ static bool finish(struct session* session) {
   if (end_in_store(session, NULL) != LAM_OK) {
     return session_fail(session, LAM_PART_DISK, store_fault(session->store));
   }
-  fprintf(stderr, "lamella-rigd: burst %llu: %s\n", (unsigned long long)session->burst_id,
-          session->done.verdict);
+  complain("lamella-rigd: burst %llu: %s", (unsigned long long)session->burst_id,
+           session->done.verdict);
   session->has_news = true;
   return go(session, STATE(IDLE)) == LAM_OK;
 }

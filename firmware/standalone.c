@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "complain.h"
 #include "supervise_notify.h"
 
 static const double kTickUs = 10e3;  // the button is felt this often
@@ -60,7 +61,7 @@ static void report_test(const struct selftest* test) {
     const struct selftest_reading* r = &test->readings[i];
     if (r->verdict != SELFTEST_BAD) continue;
     selftest_tell(r, text);
-    fprintf(stderr, "lamella-rigd: self-test: %s: %s\n", selftest_part_name(r->part), text);
+    complain("lamella-rigd: self-test: %s: %s", selftest_part_name(r->part), text);
   }
 }
 
@@ -156,7 +157,7 @@ static void begin_burst(struct standalone* alone) {
     go(alone, STANDALONE_BURST, PANEL_BURST);
     return;
   }
-  fprintf(stderr, "lamella-rigd: button: refused: %s\n", alone->session->refusal);
+  complain("lamella-rigd: button: refused: %s", alone->session->refusal);
   go(alone, STANDALONE_VERDICT, refused_code(status));
 }
 
@@ -201,7 +202,7 @@ static void set(struct standalone* alone, enum hal_line line, bool level, bool* 
   if (level == *is) return;
   *is = level;
   if (alone->hal->set_line(alone->hal->self, line, level, &at_us) == LAM_OK) return;
-  if (!alone->lines_failed) fprintf(stderr, "lamella-rigd: panel: %s\n", alone->hal->error);
+  if (!alone->lines_failed) complain("lamella-rigd: panel: %s", alone->hal->error);
   alone->lines_failed = true;
 }
 

@@ -1,9 +1,9 @@
 // What the rig's disk holds of bursts that are over, for hosts.
 #include <errno.h>
-#include <stdio.h>
 #include <string.h>
 #include <unistd.h>
 
+#include "complain.h"
 #include "store_inside.h"
 
 const struct held_burst* store_find_burst(const struct store* store, uint64_t burst_id) {
@@ -30,7 +30,7 @@ static enum lam_status forget_burst(struct store* store, struct held_burst* burs
   memmove(burst, burst + 1, after * sizeof *burst);
   store->burst_count--;
   // Nothing of it is asked for again, but somebody should hear that its room does not come back.
-  if (failed != 0) fprintf(stderr, "lamella-rigd: store: removal: %s\n", strerror(failed));
+  if (failed != 0) complain("lamella-rigd: store: removal: %s", strerror(failed));
   return LAM_OK;
 }
 

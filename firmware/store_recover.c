@@ -7,6 +7,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "complain.h"
 #include "store_inside.h"
 #include "store_record.h"
 
@@ -107,8 +108,8 @@ static bool is_all_there(const struct held_burst* burst, const lamella_v1_BurstE
 
 static void say(const struct held_burst* burst, bool completed) {
   if (burst->whole && !completed) return;
-  fprintf(stderr, "lamella-rigd: store: burst %" PRIu64 ": %s\n", burst->id,
-          completed ? "whole, only its name was missing: completed" : burst->why);
+  complain("lamella-rigd: store: burst %" PRIu64 ": %s", burst->id,
+           completed ? "whole, only its name was missing: completed" : burst->why);
 }
 
 // 0 with `burst->id` 0: there was nothing left of it.
@@ -250,10 +251,9 @@ int store_recover(struct store* store) {
   const uint64_t counted = last_counted(&store->disk, &spoilt);
   store->last_burst_id = counted > folders.newest ? counted : folders.newest;
   if (spoilt) {
-    fprintf(stderr,
-            "lamella-rigd: store: '%s' is spoilt: the next burst is number %" PRIu64
-            ", which no burst here had\n",
-            kCounter, store->last_burst_id + 1);
+    complain("lamella-rigd: store: '%s' is spoilt: the next burst is number %" PRIu64
+             ", which no burst here had",
+             kCounter, store->last_burst_id + 1);
   }
   return failed;
 }

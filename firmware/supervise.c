@@ -17,6 +17,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "complain.h"
+
 static const int kDarkWithinMs = 8;
 
 // A dying process gives its memory back, and closes its devices, before its pidfd tells of its end:
@@ -121,8 +123,8 @@ static int explain(pid_t child, int died_exit) {
   int status = 0;
   if (waitpid(child, &status, 0) != child) return died_exit;
   if (WIFEXITED(status)) return WEXITSTATUS(status);
-  fprintf(stderr, "lamella-rigd: the sequencer died (%s); its supervisor turned the lights off\n",
-          strsignal(WTERMSIG(status)));
+  complain("lamella-rigd: the sequencer died (%s); its supervisor turned the lights off",
+           strsignal(WTERMSIG(status)));
   return died_exit;
 }
 

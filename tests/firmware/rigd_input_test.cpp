@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -102,6 +103,37 @@ TEST_F(RigdInput, PhotographsAreATwinsOrNoiseAndNotBoth) {
   EXPECT_EQ(rigd.errors(),
             "lamella-rigd: --test-frames: not with --twin: leave out one of them; see lamella-rigd "
             "--help\n");
+}
+
+TEST_F(RigdInput, NothingThatATerminalObeysComesOfTheCommandLine) {
+  const std::string evil = "\x1b]0;a\x07\x7f\n\xc2\x9b\x9b\xc3\xa4";
+  const std::string shown = R"(\x1b]0;a\x07\x7f\n\x9b\x9b)"
+                            "\xc3\xa4";
+  for (const std::vector<std::string>& more : std::vector<std::vector<std::string>>{
+           {"--hal", evil},
+           {"--" + evil},
+           {evil},
+           {"--clock", evil},
+           {"--inject", evil},
+           {"--inject", "dead-led:" + evil},
+           {"--rig", evil},
+           {"--calibration", evil},
+           {"--listen", evil},
+           {"--listen", "127.0.0.1:" + evil},
+           {"--store", evil},
+           {"--state", evil},
+           {"--twin", evil},
+           {"--announce", evil + "/", "--state", folder, "--listen", "127.0.0.1:7391"},
+           {"--check", "--rig", evil}}) {
+    RigProcess rigd(arguments(more));
+    EXPECT_NE(rigd.exit_code(), 0) << more[0];
+    const std::string errors = rigd.errors();
+    EXPECT_NE(errors.find(shown), std::string::npos) << more[0] << ": " << errors;
+    EXPECT_EQ(std::count(errors.begin(), errors.end(), '\n'), 1) << errors;
+    EXPECT_TRUE(std::none_of(errors.begin(), errors.end(), [](char c) {
+      return (c >= 0 && c < ' ' && c != '\n') || c == '\x7f' || c == '\x9b';
+    })) << errors;
+  }
 }
 
 TEST_F(RigdInput, AFaultOfAPartThatTheRigHasNotIsRefusedWithThoseThatItHas) {
