@@ -60,6 +60,40 @@ TEST(CommandLine, TellsWhoAsksATwinForNothingAllThatItCanBeAskedFor) {
                  "twin: nothing to do; give --out, --truth-out, --calibration-out or --serve");
 }
 
+TEST(CommandLine, NoOutputOfATwinLiesInAnother) {
+  testing::ScratchFolder scratch;
+  const std::string outer = scratch.path() / "outer", inner = scratch.path() / "outer" / "inner";
+  const std::string line = " lies in " + outer + ", another output; name a place outside it";
+  for (const auto& [holds, lies] : {std::pair("--out", "--truth-out"),
+                                    {"--truth-out", "--out"},
+                                    {"--out", "--calibration-out"},
+                                    {"--truth-out", "--calibration-out"}}) {
+    SCOPED_TRACE(lies);
+    expect_refusal({"twin", "--subject", "sphere", holds, outer, lies, inner}, inner + ":" + line);
+    expect_refusal({"twin", "--subject", "sphere", holds, outer, lies, outer}, outer + ":" + line);
+  }
+  EXPECT_TRUE(scratch.contents().empty());
+}
+
+TEST(CommandLine, ATwinIsToldToTakeNoBurstOnlyWhereItServes) {
+  expect_refusal({"twin", "--no-burst"},
+                 "twin: nothing to do; give --out, --truth-out, --calibration-out or --serve");
+  testing::ScratchFolder scratch;
+  expect_refusal({"twin", "--no-burst", "--truth-out", scratch.path() / "truth"},
+                 "--no-burst: is of --serve; give --serve with it");
+  EXPECT_TRUE(scratch.contents().empty());
+}
+
+TEST(CommandLine, WhatARigHoldsIsNotFetchedAndGivenUpAtOnce) {
+  testing::ScratchFolder scratch;
+  for (const std::string rig : {"sim", "127.0.0.1:1"}) {
+    expect_refusal(
+        {"capture", "--rig", rig, "--out", scratch.path() / "s", "--held", "--discard-held"},
+        "--discard-held: gives up what --held fetches; give one of them");
+  }
+  EXPECT_TRUE(scratch.contents().empty());
+}
+
 // The names below "Commands:" of a help, each behind `path`.
 std::vector<std::string> commands_in(const std::string& help, const std::string& path = "") {
   const std::regex line("\n  ([a-z]+) +[A-Z]");

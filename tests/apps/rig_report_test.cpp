@@ -214,6 +214,25 @@ TEST_F(RigReport, OfASyncThatBreaksOffTellsTheBurstsBeforeItInOneDocument) {
   EXPECT_EQ(report["bursts"][0]["burst"], 41);
 }
 
+TEST_F(RigReport, OfABurstThatWasHeldKnowsNoPlanAndDoesNotSayZero) {
+  for (const bool as_json : {true, false}) {
+    FakeRig rig;
+    load_burst(&rig, testing::kFakeSize);
+    rig.hold(testing::whole_burst());
+    const fs::path session = out / (as_json ? "first" : "second");
+    std::vector<std::string> command{"capture", "--rig", rig.address(), "--held", "--out", session};
+    if (as_json) command.push_back("--json");
+    const Outcome outcome = run_lamella(command);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    if (as_json) {
+      EXPECT_TRUE(json_tree(outcome.out)["burst_planned_s"].is_null()) << outcome.out;
+    } else {
+      EXPECT_NE(outcome.out.find("s played"), std::string::npos) << outcome.out;
+      EXPECT_EQ(outcome.out.find("planned"), std::string::npos) << outcome.out;
+    }
+  }
+}
+
 TEST_F(RigReport, OfAConfigurationThatOthersMayReadNamesTheFile) {
   KnownRigs(scratch.path() / "config" / "lamella").add({{}, "192.0.2.1:7420", "far"});
   const fs::path known = scratch.path() / "config" / "lamella" / "known_rigs";

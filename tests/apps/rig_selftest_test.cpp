@@ -7,10 +7,12 @@
 
 #include <csignal>
 #include <cstdlib>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <regex>
 
 #include "apps/run_lamella.h"
+#include "io/fake_session.h"
 #include "io/json_tree.h"
 
 namespace lamella {
@@ -53,6 +55,20 @@ TEST(RigSelftest, AFaultThatCannotBeInjectedIsBadInputBeforeAnythingIsStarted) {
     EXPECT_NE(run.err.find(says), std::string::npos) << run.err;
     EXPECT_EQ(run.err.find("--rig-file"), std::string::npos) << run.err;
   }
+}
+
+TEST(RigSelftest, WhatTheDaemonAloneFindsToBeBadInputIsSoHereToo) {
+  testing::ScratchFolder scratch;
+  const fs::path reference = scratch.path() / "leds.reference";
+  std::ofstream(reference) << "no reference";
+  const Outcome run = run_lamella({"rig", "selftest", "--rig", "sim", "--only", "chain",
+                                   "--led-reference", reference.string()});
+  EXPECT_EQ(run.exit_code, 2) << run.err;
+  EXPECT_EQ(run.out, "");
+  ASSERT_EQ(run.complaints().size(), 1u) << run.err;
+  EXPECT_NE(run.err.find("lamella-rigd: ended before it was ready: "), std::string::npos)
+      << run.err;
+  EXPECT_NE(run.err.find(reference.string()), std::string::npos) << run.err;
 }
 
 // All that a program writes to a terminal that is its standard error. It is interrupted, as by ^C,
