@@ -11,7 +11,7 @@ static const double kPieceUs = 20e3;  // how long one piece may wait
 static const double kLookUs = 500;    // how often something that is to happen is looked for
 static const double kMostMoves = 3;   // a move that takes so many times its time does not arrive
 static const double kMostRefreshes = 12;
-static const double kLeastFreeSessions = 2;
+static const double kLeastFreeSessions = 2, kPhotographs = 40;  // of a session
 
 static double now_us(const struct selftest* test) { return test->hal->now_us(test->hal->self); }
 
@@ -52,6 +52,13 @@ bool selftest_temperature(struct selftest* test) {
   return false;
 }
 
+static void judge_bursts(struct selftest* test) {
+  const double held = store_bursts_held(test->store);
+  struct selftest_reading* bursts = selftest_read(test, "bursts held", held, "bursts");
+  selftest_limit(test, bursts, 0, STORE_MAX_BURSTS - 1);
+  if (bursts->verdict == SELFTEST_BAD) note(bursts, "sync sessions to a host to make room");
+}
+
 bool selftest_disk(struct selftest* test) {
   if (test->disk == NULL) {
     selftest_skip(test, "free space", "photographs are kept in memory alone");
@@ -63,9 +70,10 @@ bool selftest_disk(struct selftest* test) {
     selftest_fail(test, "writing", error);
     return false;
   }
-  const double session_bytes = 40 * test->rig->camera_frame_bytes;
+  const double needed =
+      store_needed_bytes(kLeastFreeSessions * kPhotographs, test->rig->camera_frame_bytes);
   struct selftest_reading* room = selftest_read(test, "free space", free_bytes * 1e-6, "MB");
-  selftest_limit(test, room, kLeastFreeSessions * session_bytes * 1e-6, INFINITY);
+  selftest_limit(test, room, needed * 1e-6, INFINITY);
   if (room->verdict == SELFTEST_BAD) {
     note(room, store_bursts_held(test->store) > 0 ? "sync sessions to a host to make room"
                                                   : "no burst takes that room: make some on it");
@@ -73,6 +81,7 @@ bool selftest_disk(struct selftest* test) {
   struct selftest_reading* rate = selftest_read(test, "write rate", bytes_per_s * 1e-6, "MB/s");
   selftest_limit(test, rate, test->rig->store_disk_bytes_per_s * 1e-6, INFINITY);
   if (rate->verdict == SELFTEST_BAD) note(rate, "slower than store.disk_bytes_per_s counts on");
+  judge_bursts(test);
   return false;
 }
 

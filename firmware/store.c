@@ -83,9 +83,13 @@ static int64_t unix_now_us(void) {
   return (int64_t)now.tv_sec * 1000000 + now.tv_nsec / 1000;
 }
 
+double store_needed_bytes(double frames, double frame_bytes) {
+  return frames * frame_bytes + kSpareBytes;
+}
+
 static enum lam_status begin_on_disk(struct store* store, const struct store_order* order,
                                      char* why, size_t why_size) {
-  const double needed = order->frames * order->frame_bytes + kSpareBytes;
+  const double needed = store_needed_bytes(order->frames, order->frame_bytes);
   const double free_bytes = (double)disk_free_bytes(&store->disk);
   if (free_bytes < needed && !disk_is_read_only(&store->disk)) {
     snprintf(why, why_size, "the rig's disk has %.0f MB free and a burst needs %.0f MB: %s",
@@ -152,8 +156,8 @@ bool store_has_room(struct store* store, uint32_t frames, double frame_bytes) {
   pthread_mutex_lock(&store->lock);
   const size_t queued = store->count - store->written;
   pthread_mutex_unlock(&store->lock);
-  const double needed = (double)(frames + queued) * frame_bytes + kSpareBytes;
-  return (double)disk_free_bytes(&store->disk) >= needed;
+  return (double)disk_free_bytes(&store->disk) >=
+         store_needed_bytes((double)(frames + queued), frame_bytes);
 }
 
 uint8_t* store_room(struct store* store, size_t* room) {

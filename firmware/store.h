@@ -93,6 +93,9 @@ void store_close(struct store* store);
 enum lam_status store_begin(struct store* store, const struct store_order* order,
                             uint64_t* burst_id, char* why, size_t why_size);
 
+// What a disk must have free for so many photographs, and what is kept beside them.
+double store_needed_bytes(double frames, double frame_bytes);
+
 // Whether the disk has room for more photographs than the burst was begun for. In memory alone that
 // is the budget's to say (budget.h).
 bool store_has_room(struct store* store, uint32_t frames, double frame_bytes);

@@ -366,6 +366,30 @@ TEST(Selftest, TheDiskIsMeasuredAgainstTheBudget) {
   EXPECT_NE(bench.text().find("sync sessions"), std::string::npos);
 }
 
+// A burst needs room beside its photographs, however small they are, and a number of its own.
+TEST(Selftest, ADiskOnWhichNoBurstWouldBeBegunIsNotGood) {
+  SelftestBench bench;
+  static double free_bytes;
+  const struct selftest_disk door = {[](void*, double* free, double* bytes_per_s, char*) {
+                                       *free = free_bytes;
+                                       *bytes_per_s = 1e9;
+                                       return true;
+                                     },
+                                     nullptr};
+  bench.test.disk = &door;
+  bench.rig.camera_frame_bytes = 1000;
+  free_bytes = 4e6;
+  EXPECT_EQ(bench.run(only(SELFTEST_DISK)).bad, 1u) << bench.text();
+  free_bytes = 5e6;
+  EXPECT_EQ(bench.run(only(SELFTEST_DISK)).bad, 0u) << bench.text();
+  bench.photographs.on_disk = true;
+  bench.photographs.burst_count = STORE_MAX_BURSTS - 1;
+  EXPECT_EQ(bench.run(only(SELFTEST_DISK)).bad, 0u) << bench.text();
+  bench.photographs.burst_count = STORE_MAX_BURSTS;
+  EXPECT_EQ(bench.run(only(SELFTEST_DISK)).bad, 1u) << bench.text();
+  EXPECT_NE(bench.text().find("bursts held"), std::string::npos) << bench.text();
+}
+
 TEST(Selftest, PartsAreFoundByTheirNames) {
   for (int i = 0; i < SELFTEST_PARTS; i++) {
     EXPECT_EQ(selftest_part_named(selftest_part_name(selftest_part(i))), i);
