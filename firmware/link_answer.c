@@ -7,6 +7,7 @@
 #include "link_held.h"
 #include "link_selftest.h"
 #include "pattern.h"
+#include "utf8.h"
 
 #define CODE(name) lamella_v1_Refusal_Code_##name
 
@@ -78,7 +79,11 @@ static bool answer_hello(struct dialogue* dialogue, uint32_t id, const lamella_v
 static bool answer_burst(struct dialogue* dialogue, uint32_t id,
                          const lamella_v1_BurstRequest* request) {
   struct session* session = dialogue->session;
+  if (!utf8_is_valid(request->subject)) {
+    return link_refuse(dialogue, id, CODE(BAD_REQUEST), "the subject's name is not UTF-8");
+  }
   session->flashing_unconfirmed = !request->flashing_confirmed;
+  session->subject = request->subject;
   const enum lam_status status = session_request_burst(session, request->discard_held);
   if (status != LAM_OK) return refuse_status(dialogue, id, status);
   if (request->ends_with_host) session_tie_to_host(session);

@@ -44,6 +44,7 @@ static bool send_held(struct dialogue* dialogue, uint32_t id, const struct held_
                                  .frames_expected = burst->expected,
                                  .bytes_held = burst->bytes};
   snprintf(held->why, sizeof held->why, "%s", burst->why);
+  snprintf(held->subject, sizeof held->subject, "%s", burst->subject);
   return link_send(dialogue);
 }
 
@@ -53,6 +54,7 @@ static bool send_held_in_memory(struct dialogue* dialogue, uint32_t id) {
   struct held_burst burst = {.id = session->burst_id, .whole = true};
   burst.expected = session->done.frame_count;
   burst.flashing_confirmed = store->current.flashing_confirmed;
+  memcpy(burst.subject, store->current.subject, sizeof burst.subject);
   for (size_t i = 0; i < store->count; i++) {
     const struct photograph* photograph = &store->photographs[i];
     burst.acknowledged += photograph->acknowledged;

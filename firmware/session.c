@@ -202,7 +202,8 @@ enum lam_status session_request_steps(struct session* session, const struct burs
   const struct store_order order = {.frames = (uint32_t)(2 * count),
                                     .frame_bytes = session->rig->camera_frame_bytes,
                                     .discard_held = discard_held,
-                                    .flashing_confirmed = !session->flashing_unconfirmed};
+                                    .flashing_confirmed = !session->flashing_unconfirmed,
+                                    .subject = session->subject};
   status = store_begin(session->store, &order, &session->burst_id, session->refusal,
                        sizeof session->refusal);
   if (status != LAM_OK) return status;

@@ -129,6 +129,9 @@ enum lam_status store_begin(struct store* store, const struct store_order* order
       order->frame_bytes < (double)store->capacity ? (size_t)order->frame_bytes : store->capacity;
   store->current = (struct held_burst){.expected = order->frames,
                                        .flashing_confirmed = order->flashing_confirmed};
+  if (order->subject != NULL) {
+    snprintf(store->current.subject, sizeof store->current.subject, "%s", order->subject);
+  }
   pthread_mutex_unlock(&store->lock);
   enum lam_status status = LAM_OK;
   if (store->on_disk) {

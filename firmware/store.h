@@ -66,6 +66,7 @@ struct store_order {
   double frame_bytes;  // of one, as the rig file says
   bool discard_held;   // in memory alone: give up photographs that nobody acknowledged
   bool flashing_confirmed;
+  const char* subject;  // NULL: nobody named one
 };
 
 // How a burst ended.

@@ -47,10 +47,11 @@ static int sync_burst(struct disk* disk, const struct held_burst* burst) {
 int burst_make(struct disk* disk, const struct held_burst* burst, const uint8_t* calibration,
                size_t calibration_size) {
   char path[DISK_MAX_PATH];
-  const lamella_v1_BurstBegin begin = {.burst_id = burst->id,
-                                       .begun_unix_us = burst->begun_unix_us,
-                                       .frames_expected = burst->expected,
-                                       .flashing_confirmed = burst->flashing_confirmed};
+  lamella_v1_BurstBegin begin = {.burst_id = burst->id,
+                                 .begun_unix_us = burst->begun_unix_us,
+                                 .frames_expected = burst->expected,
+                                 .flashing_confirmed = burst->flashing_confirmed};
+  memcpy(begin.subject, burst->subject, sizeof begin.subject);
   burst_folder_name(burst->id, ".partial", path);
   int failed = disk_make_folder(disk, path);
   if (failed == 0) failed = disk_sync_folder(disk, ".");

@@ -28,7 +28,8 @@ struct held_burst {
   bool named_whole;  // its folder's name says so
   bool whole;
   bool flashing_confirmed;  // as it was begun
-  char why[160];            // why it is not whole
+  char subject[sizeof((lamella_v1_BurstBegin*)0)->subject];
+  char why[160];  // why it is not whole
   uint32_t expected, held, acknowledged, damaged;
   uint64_t bytes;
   uint8_t frames[STORE_MAX_PHOTOGRAPHS];  // enum frame_state

@@ -10,6 +10,7 @@
 #include "complain.h"
 #include "store_inside.h"
 #include "store_record.h"
+#include "utf8.h"
 
 static const char kCounter[] = "counter";
 
@@ -85,7 +86,7 @@ static void load_frame(struct disk* disk, struct held_burst* burst, uint32_t fra
 }
 
 static void load_begin(const struct disk* disk, struct held_burst* burst) {
-  uint8_t bytes[128];
+  uint8_t bytes[RECORD_OVERHEAD_BYTES + lamella_v1_BurstBegin_size];
   char path[DISK_MAX_PATH];
   lamella_v1_BurstBegin begin = {0};
   burst_path(burst, "begin", path);
@@ -96,6 +97,8 @@ static void load_begin(const struct disk* disk, struct held_burst* burst) {
   burst->begun_unix_us = begin.begun_unix_us;
   burst->expected = begin.frames_expected;
   burst->flashing_confirmed = begin.flashing_confirmed;
+  // One that is not UTF-8 would keep a host from reading of any burst.
+  if (utf8_is_valid(begin.subject)) memcpy(burst->subject, begin.subject, sizeof begin.subject);
 }
 
 static bool is_all_there(const struct held_burst* burst, const lamella_v1_BurstEnd* end) {

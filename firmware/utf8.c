@@ -1,5 +1,7 @@
 #include "utf8.h"
 
+#include <string.h>
+
 size_t utf8_bytes(const unsigned char* at, const unsigned char* end) {
   static const unsigned kLeast[] = {0, 0, 0x80, 0x800, 0x10000};
   if (*at < 0x80) return 1;
@@ -12,4 +14,15 @@ size_t utf8_bytes(const unsigned char* at, const unsigned char* end) {
   }
   const bool surrogate = code >= 0xD800 && code <= 0xDFFF;
   return code >= kLeast[bytes] && code <= 0x10FFFF && !surrogate ? bytes : 0;
+}
+
+bool utf8_is_valid(const char* text) {
+  const unsigned char* at = (const unsigned char*)text;
+  const unsigned char* end = at + strlen(text);
+  while (at < end) {
+    const size_t bytes = utf8_bytes(at, end);
+    if (bytes == 0) return false;
+    at += bytes;
+  }
+  return true;
 }

@@ -7,5 +7,6 @@
 
 // Bytes of the character that begins here; 0 where none does.
 size_t utf8_bytes(const unsigned char* at, const unsigned char* end);
+bool utf8_is_valid(const char* text);
 
 #endif

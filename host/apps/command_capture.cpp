@@ -203,9 +203,9 @@ int capture_from(const std::string& address, const Options& options, WholeFolder
   LinkClient rig(address, link_options(options));
   // Nobody sits before the simulated rig.
   const bool confirmed = options.flashing_confirmed || options.rig == "sim";
+  const std::string subject = options.has_subject ? options.simulated.subject : "";
   const Burst burst =
-      options.held ? rig.held_burst()
-                   : rig.run_burst(options.simulated.subject, options.discard_held, confirmed);
+      options.held ? rig.held_burst() : rig.run_burst(subject, options.discard_held, confirmed);
   Reception reception;
   while_rig_holds_burst(options.rig, [&] {
     Progress progress("photographs", int(burst.frame_count));

@@ -235,6 +235,7 @@ Reception receive_session(BurstSource* rig, const Burst& burst, const WholeFolde
   reception.manifest = read_calibration(rig, burst, &cameras);
   reception.manifest.set_flashing_confirmed(burst.flashing_confirmed);
   reception.manifest.set_shortfall(burst.shortfall);
+  if (!burst.subject.empty()) reception.manifest.set_subject(burst.subject);
   drop_regions(name, &reception);
   const v1::Welcome* welcome = rig->answering();
   if (welcome && burst.just_taken) {

@@ -24,6 +24,7 @@ Burst burst_of(BurstSource* source, const v1::HeldBurst& held) {
   burst.id = held.burst_id();
   burst.frame_count = held.frames_held();
   burst.flashing_confirmed = held.flashing_confirmed();
+  burst.subject = held.subject();
   take_ending(source->ending(burst), &burst);
   if (!held.whole() || held.frames_acknowledged() > 0) burst.shortfall = missing_of(held);
   return burst;

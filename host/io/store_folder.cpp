@@ -144,6 +144,7 @@ void StoreFolder::read_burst(uint64_t id, const fs::path& folder) {
     about.set_begun_unix_us(begin.begun_unix_us());
     about.set_frames_expected(begin.frames_expected());
     about.set_flashing_confirmed(begin.flashing_confirmed());
+    about.set_subject(begin.subject());
   }
   std::vector<uint32_t> there;
   size_t damaged = 0;

@@ -158,6 +158,23 @@ TEST_F(RigRecover, AnotherCalibrationThanASessionHasThatIsThereIsRefused) {
       json_tree(read_text(out / "burst-000042" / "burst.json"))["own_calibration"].get<bool>());
 }
 
+TEST_F(RigRecover, ASessionIsOfTheSubjectThatTheBurstWasAskedForElseOfTheCalibrations) {
+  for (const std::string command : {"recover", "sync"}) {
+    for (const auto& [asked, subject] : {std::pair("Ada", "Ada"), {"", "fake"}}) {
+      SCOPED_TRACE(command + " " + subject);
+      FakeRig rig;
+      load_burst(&rig, testing::kFakeSize);
+      v1::HeldBurst held = whole_burst();
+      held.set_subject(asked);
+      rig.hold(held);
+      fs::remove_all(out);
+      const Outcome outcome = run({command}, rig);
+      EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+      EXPECT_EQ(read_session(out / "burst-000042").subject, subject);
+    }
+  }
+}
+
 TEST_F(RigRecover, RecoverTakesNoFileThatIsNoCalibrationAndNoneWithoutAPlaceForSessions) {
   FakeRig rig;
   load_burst(&rig, testing::kFakeSize);

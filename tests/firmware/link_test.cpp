@@ -1,6 +1,7 @@
 // The answers of the rig, without sockets: what is refused, and that nothing moves then.
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <random>
 #include <string>
 #include <vector>
@@ -310,6 +311,19 @@ TEST_F(Link, ABurstThatFlashesNeedsTheOperatorsWordForThisSubject) {
   expect_refusal(lamella_v1_Refusal_Code_UNSAFE, "8 flashes in a second: more than 3 need");
   EXPECT_EQ(session.state, lamella_v1_RigState_IDLE);
   request.body.burst.flashing_confirmed = true;
+  ASSERT_TRUE(answer(request));
+  EXPECT_EQ(replies[0].which_body, lamella_v1_Reply_accepted_tag);
+}
+
+// A host could not read the list of bursts any more.
+TEST_F(Link, ASubjectsNameThatIsNoUtf8IsRefused) {
+  greet();
+  lamella_v1_Request request = request_of(lamella_v1_Request_burst_tag);
+  std::strcpy(request.body.burst.subject, "Ad\xe4");
+  ASSERT_TRUE(answer(request));
+  expect_refusal(lamella_v1_Refusal_Code_BAD_REQUEST, "the subject's name is not UTF-8");
+  EXPECT_EQ(session.state, lamella_v1_RigState_IDLE);
+  std::strcpy(request.body.burst.subject, "Ad\xc3\xa4");
   ASSERT_TRUE(answer(request));
   EXPECT_EQ(replies[0].which_body, lamella_v1_Reply_accepted_tag);
 }

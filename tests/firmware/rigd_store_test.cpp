@@ -41,8 +41,10 @@ class RigdStore : public ::testing::Test {
     host->ask(hello());
   }
 
-  uint64_t run_burst() {
-    const lamella_v1_Reply accepted = host->ask(request_of(lamella_v1_Request_burst_tag));
+  uint64_t run_burst(const std::string& subject = "") {
+    lamella_v1_Request request = request_of(lamella_v1_Request_burst_tag);
+    subject.copy(request.body.burst.subject, sizeof request.body.burst.subject - 1);
+    const lamella_v1_Reply accepted = host->ask(request);
     EXPECT_EQ(accepted.which_body, lamella_v1_Reply_accepted_tag) << accepted.body.refusal.reason;
     lamella_v1_Reply reply = lamella_v1_Reply_init_zero;
     while (host->receive(&reply) && reply.which_body == lamella_v1_Reply_status_tag) continue;
@@ -100,6 +102,20 @@ TEST_F(RigdStore, BurstsOutliveTheDaemonAndGoWithTheirLastAcknowledgement) {
   EXPECT_TRUE(held().empty());
   EXPECT_FALSE(std::filesystem::exists(store() / "burst-000001"));
   EXPECT_EQ(run_burst(), second + 1);
+}
+
+TEST_F(RigdStore, ABurstIsOfTheSubjectThatItsHostNamedOverAPowerCutToo) {
+  const std::string longest(63, 'a');
+  run_burst("Ada");
+  run_burst();
+  run_burst(longest);
+  rigd->signal(SIGKILL);
+  start();
+  const auto bursts = held();
+  ASSERT_EQ(bursts.size(), 3u);
+  EXPECT_STREQ(bursts[0].subject, "Ada");
+  EXPECT_STREQ(bursts[1].subject, "");
+  EXPECT_EQ(bursts[2].subject, longest);
 }
 
 TEST_F(RigdStore, ADiskThatDoesNotTakeABurstIsAFaultOfTheRigWithItsReasonAndNotFull) {

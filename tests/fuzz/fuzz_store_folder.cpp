@@ -67,7 +67,6 @@ void write_records(FuzzedDataProvider* data, const fs::path& burst) {
   v1::BurstBegin begin;
   begin.set_burst_id(kBurst);
   begin.set_frames_expected(data->ConsumeIntegral<uint32_t>());
-  write(burst / "begin", record_of(begin.SerializeAsString()));
   for (uint32_t id = 0; id < 2; ++id) {
     const std::string raw = data->ConsumeRandomLengthString(8);
     const std::string name = "frame-0" + std::to_string(id);
@@ -82,6 +81,8 @@ void write_records(FuzzedDataProvider* data, const fs::path& burst) {
   write(burst / "end", record_of(end.SerializeAsString()));
   // A message of any bytes whose record is sound.
   write(burst / "timing", record_of(data->ConsumeRandomLengthString(40)));
+  begin.set_subject(data->ConsumeRandomLengthString(70));
+  write(burst / "begin", record_of(begin.SerializeAsString()));
 }
 
 void write_files(FuzzedDataProvider* data, const fs::path& burst) {

@@ -51,10 +51,15 @@ static void prepare(bool whole) {
 
 // The records alone, without a disk: whatever is accepted can be written again.
 static void read_records(const uint8_t* bytes, size_t size) {
+  static lamella_v1_BurstBegin begin;
   static lamella_v1_BurstEnd end;
   static lamella_v1_TimingEdges page;
   static lamella_v1_FrameOffer offer;
   uint8_t again[RECORD_MAX_BYTES * 4];
+  if (record_get(lamella_v1_BurstBegin_fields, &begin, bytes, size) > 0 &&
+      record_put(lamella_v1_BurstBegin_fields, &begin, again, sizeof again) == 0) {
+    abort();
+  }
   if (record_get(lamella_v1_BurstEnd_fields, &end, bytes, size) > 0 &&
       record_put(lamella_v1_BurstEnd_fields, &end, again, sizeof again) == 0) {
     abort();

@@ -36,6 +36,7 @@ TEST(StoreFolder, ReadsAWholeBurstThatTheFirmwareWrote) {
   EXPECT_EQ(held[0].bytes_held(), 40 * kBytes);
   EXPECT_GT(held[0].begun_unix_us(), 0);
   EXPECT_TRUE(held[0].flashing_confirmed());
+  EXPECT_EQ(held[0].subject(), "Ada");
   const auto offers = folder.offers(numbered(id));
   ASSERT_EQ(offers.size(), 40u);
   EXPECT_EQ(folder.photograph(offers[7]), std::vector<uint8_t>(kBytes, 7));
@@ -67,6 +68,7 @@ TEST(StoreFolder, ExplainsABurstThatEndedInAFault) {
   EXPECT_EQ(burst.frames_held(), 3u);
   EXPECT_EQ(burst.frames_acknowledged(), 2u);
   EXPECT_FALSE(burst.flashing_confirmed());
+  EXPECT_EQ(burst.subject(), "");
   const Burst fetched = burst_of(&folder, burst);
   EXPECT_EQ(fetched.shortfall, burst.why());
   EXPECT_EQ(fetched.frame_count, 3u);

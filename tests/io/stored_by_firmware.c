@@ -38,8 +38,10 @@ uint64_t stored_by_firmware(const char* folder, uint32_t frames, size_t frame_by
   char error[200];
   uint64_t id = 0;
   store_init(&store, block, sizeof block);
-  const struct store_order order = {
-      .frames = frames, .frame_bytes = (double)frame_bytes, .flashing_confirmed = why == NULL};
+  const struct store_order order = {.frames = frames,
+                                    .frame_bytes = (double)frame_bytes,
+                                    .flashing_confirmed = why == NULL,
+                                    .subject = why == NULL ? "Ada" : NULL};
   const struct store_ending ending = {.why = why, .timing = fill_timing};
   int good = store_open(&store, folder, kCalibration, 2, error, sizeof error) == LAM_OK &&
              store_begin(&store, &order, &id, error, sizeof error) == LAM_OK;
