@@ -57,8 +57,12 @@ std::string name_of(const Frame& frame) {
 // Judges a burst in memory, every photograph of which was read.
 class BurstChecker {
  public:
-  BurstChecker(const Session& session, const Photographs& photographs, const Labels& labels)
-      : session_(session), photographs_(photographs), labels_(labels) {}
+  BurstChecker(const Session& session, const Photographs& photographs, const Labels& labels,
+               ShapeFrom shape)
+      : session_(session),
+        photographs_(photographs),
+        labels_(labels),
+        has_fringes_(shape == ShapeFrom::kFringes) {}
 
   std::vector<CheckLine> run() {
     figures();
@@ -103,11 +107,11 @@ class BurstChecker {
     burst_.front_parallel = take(Role::kFront, 0, Analyser::kParallel);
     burst_.front_cross = take(Role::kFront, 0, Analyser::kCross);
     burst_.black = take(Role::kBlack, 0, Analyser::kCross);
-    burst_.finest_fringe = take(Role::kFringe, finest, Analyser::kCross);
+    if (has_fringes_) burst_.finest_fringe = take(Role::kFringe, finest, Analyser::kCross);
     for (int k = 0; k < 4; ++k)
       burst_.stripes[size_t(k)] = take(Role::kStripes, k, Analyser::kCross);
     burst_.pixels = pixels_to_check(labels_, burst_.front_cross.radiance);
-    if (has_right_geometry(session_)) {
+    if (has_fringes_ && has_right_geometry(session_)) {
       burst_.right_pixels = pixels_to_check(
           Labels(),
           photographs_.at(session_.find("right", Role::kFront, 0, Analyser::kCross)).radiance);
@@ -164,11 +168,11 @@ class BurstChecker {
               {&b.full_parallel, &b.full_cross, &b.gradient[0], &b.gradient[1], &b.gradient[2]},
               b.pixels),
           kMostClipped, "of labelled pixels");
-    share("clipped, projector",
-          clipped_share({&b.front_parallel, &b.front_cross, &b.finest_fringe, &b.stripes[0],
-                         &b.stripes[1], &b.stripes[2], &b.stripes[3]},
-                        b.pixels),
-          kMostClipped, "of labelled pixels");
+    std::vector<const Photograph*> projected{&b.front_parallel, &b.front_cross, &b.stripes[0],
+                                             &b.stripes[1],     &b.stripes[2],  &b.stripes[3]};
+    if (has_fringes_) projected.push_back(&b.finest_fringe);
+    share("clipped, projector", clipped_share(projected, b.pixels), kMostClipped,
+          "of labelled pixels");
   }
 
   void signal(const std::string& name, const Photograph& photograph, const Frame& frame,
@@ -204,7 +208,8 @@ class BurstChecker {
     polarization("projector", burst_.front_parallel, burst_.front_cross);
     share("projector black level", black_level(burst_), kMostBlack, "of white");
     share("stripes against FRONT + BLACK", stripe_closure(burst_), kMostClosure, "off, median");
-    at_least("finest fringe", fringe_contrast(burst_), kLeastContrast, "contrast, median");
+    if (has_fringes_)
+      at_least("finest fringe", fringe_contrast(burst_), kLeastContrast, "contrast, median");
     share("gradients above FULL", gradient_above_full(burst_), kMostAboveFull,
           "of labelled pixels");
   }
@@ -212,6 +217,7 @@ class BurstChecker {
   const Session& session_;
   const Photographs& photographs_;
   const Labels& labels_;
+  const bool has_fringes_;
   std::vector<CheckLine> lines_;
   CheckedBurst burst_;
 };
@@ -239,9 +245,10 @@ void check_manifest(const Session& s, std::vector<CheckLine>* lines) {
                     "before are kept beside",
                     s.retaken.size(), first)));
   }
-  if (!s.right) {
-    lines->push_back(
-        plain_line(Grade::kNote, "roles", "no right camera: depth from the projector alone"));
+  if (!has_right_geometry(s)) {
+    const std::string what =
+        s.right ? "photographs missing of the right camera" : "no right camera";
+    lines->push_back(plain_line(Grade::kNote, "roles", what + ": depth from the projector alone"));
   }
 }
 
@@ -338,9 +345,9 @@ const CheckLine* SessionCheck::reason() const {
 }
 
 SessionCheck check_burst(const Session& session, const Photographs& photographs,
-                         const Labels& labels) {
-  SessionCheck check{check_rig(session)};
-  append(&check.lines, BurstChecker(session, photographs, labels).run());
+                         const Labels& labels, ShapeFrom shape) {
+  SessionCheck check{check_rig(session, shape)};
+  append(&check.lines, BurstChecker(session, photographs, labels, shape).run());
   check_timing(session, &check.lines);
   return check;
 }

@@ -41,9 +41,9 @@ struct SessionCheck {
 SessionCheck check_session(const fs::path& path);
 
 // The same of a burst that is in memory: the rig, the figures of the photographs that a fit needs
-// (`frames_to_fit`, all of them) and the timing. `labels` may be empty.
+// (`frames_to_fit` with the same `shape`, all of them) and the timing. `labels` may be empty.
 SessionCheck check_burst(const Session& session, const Photographs& photographs,
-                         const Labels& labels);
+                         const Labels& labels, ShapeFrom shape = ShapeFrom::kFringes);
 
 // Throws Error with the reason where the session is unusable.
 void require_usable(const SessionCheck& check);

@@ -5,7 +5,8 @@
 
 namespace lamella {
 
-// Lines for what the cameras and the projector see, for the baseline and for the LEDs.
-std::vector<CheckLine> check_rig(const Session& session);
+// Lines for what the cameras and the projector see, for the baseline, which a mesh needs none of,
+// and for the LEDs.
+std::vector<CheckLine> check_rig(const Session& session, ShapeFrom shape = ShapeFrom::kFringes);
 
 }  // namespace lamella

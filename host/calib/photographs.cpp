@@ -13,13 +13,14 @@ bool has_right_geometry(const Session& session) {
          session.find("right", Role::kBlack, 0, Analyser::kCross);
 }
 
-std::vector<const Frame*> frames_to_fit(const Session& session) {
+std::vector<const Frame*> frames_to_fit(const Session& session, ShapeFrom shape) {
   std::vector<const Frame*> frames;
   const auto add = [&](const char* camera, Role role, int index, Analyser analyser) {
     const Frame* frame = session.find(camera, role, index, analyser);
     if (frame) frames.push_back(frame);
   };
-  const int fringes = int(session.patterns.fringe_periods.size());
+  const bool has_mesh = shape == ShapeFrom::kMesh;
+  const int fringes = has_mesh ? 0 : int(session.patterns.fringe_periods.size());
   for (Role role : {Role::kGradientFull, Role::kGradientX, Role::kGradientY, Role::kGradientZ,
                     Role::kFront, Role::kAmbient}) {
     add("left", role, 0, Analyser::kParallel);
@@ -29,7 +30,7 @@ std::vector<const Frame*> frames_to_fit(const Session& session) {
   for (int i = 0; i < 4; ++i) add("left", Role::kStripes, i, Analyser::kCross);
   add("left", Role::kBlack, 0, Analyser::kCross);
   add("left", Role::kDots, 0, Analyser::kCross);
-  if (!has_right_geometry(session)) return frames;
+  if (has_mesh || !has_right_geometry(session)) return frames;
   for (int i = 0; i < fringes; ++i) add("right", Role::kFringe, i, Analyser::kCross);
   add("right", Role::kFront, 0, Analyser::kCross);
   add("right", Role::kBlack, 0, Analyser::kCross);

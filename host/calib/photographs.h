@@ -14,8 +14,10 @@ using Photographs = std::map<const Frame*, Photograph>;
 bool has_right_geometry(const Session& session);
 
 // What a fit reads: the left camera's burst and AMBIENT, and the right camera's part of the
-// geometry. Frames that are not there are left out (`require_burst` names them).
-std::vector<const Frame*> frames_to_fit(const Session& session);
+// geometry. Frames that are not there are left out (`require_burst` names them); with a mesh, so
+// are those that only the geometry needs.
+std::vector<const Frame*> frames_to_fit(const Session& session,
+                                        ShapeFrom shape = ShapeFrom::kFringes);
 
 // In parallel. Throws Error that names the file and what is wrong with it.
 Photographs read_photographs(const Session& session, const std::vector<const Frame*>& frames);

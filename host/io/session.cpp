@@ -142,11 +142,13 @@ void require(const Session& s, Role role, int index, Analyser analyser) {
   std::string name = role_name(role);
   if (role == Role::kFringe || role == Role::kStripes) name += " " + std::to_string(index);
   const std::string shortfall = read_shortfall(s.path);
-  throw_bad_input(
-      field(s, "frames"), "no " + name + " " + analyser_name(analyser) + " of the left camera",
-      shortfall.empty() ? "a burst needs all twenty"
-                        : "the rig says: " + shortfall +
-                              "; if no other folder has the burst whole, take it again");
+  std::string remedy = shortfall.empty()
+                           ? "a burst needs all twenty"
+                           : "the rig says: " + shortfall +
+                                 "; if no other folder has the burst whole, take it again";
+  if (role == Role::kFringe) remedy += ", or give the subject's shape: fit --mesh FILE";
+  throw_bad_input(field(s, "frames"),
+                  "no " + name + " " + analyser_name(analyser) + " of the left camera", remedy);
 }
 
 }  // namespace
@@ -188,13 +190,14 @@ Session read_session(const fs::path& path) {
   return s;
 }
 
-void require_burst(const Session& s) {
+void require_burst(const Session& s, ShapeFrom shape) {
   for (Role role :
        {Role::kGradientFull, Role::kGradientX, Role::kGradientY, Role::kGradientZ, Role::kFront}) {
     require(s, role, 0, Analyser::kParallel);
     require(s, role, 0, Analyser::kCross);
   }
-  for (size_t i = 0; i < s.patterns.fringe_periods.size(); ++i) {
+  const size_t fringes = shape == ShapeFrom::kMesh ? 0 : s.patterns.fringe_periods.size();
+  for (size_t i = 0; i < fringes; ++i) {
     require(s, Role::kFringe, int(i), Analyser::kCross);
   }
   for (int i = 0; i < 4; ++i) require(s, Role::kStripes, i, Analyser::kCross);

@@ -78,8 +78,12 @@ struct Session {
 // the file and the field.
 Session read_session(const fs::path& path);
 
-// What `fit` needs of a left camera: every role of the burst. Throws where one is missing.
-void require_burst(const Session& session);
+// Where a fit has the shape of the subject from: the burst's own fringes, or a mesh that is given.
+enum class ShapeFrom { kFringes, kMesh };
+
+// What `fit` needs of a left camera: every role of the burst, FRINGE only where the shape comes
+// from it. Throws where one is missing.
+void require_burst(const Session& session, ShapeFrom shape = ShapeFrom::kFringes);
 
 // One photograph as radiance: stored * radiance_scale, in the colours of its own illuminant.
 struct Photograph {

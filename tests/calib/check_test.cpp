@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 
+#include "calib/check_rig.h"
 #include "io/fake_session.h"
 #include "io/json.h"
 #include "io/session.h"
@@ -133,6 +134,12 @@ TEST_F(Check, FindsAProjectorAtThePlaceOfTheOnlyCamera) {
     *rig->mutable_projector()->mutable_translation_mm() = rig->cameras(0).translation_mm();
   });
   EXPECT_EQ(grade_of("baseline"), Grade::kUnusable);
+}
+
+TEST_F(Check, AsksForNoBaselineWhereAMeshTellsTheShape) {
+  const std::vector<CheckLine> lines = check_rig(read_session(path()), ShapeFrom::kMesh);
+  EXPECT_FALSE(lines.empty());
+  for (const CheckLine& line : lines) EXPECT_NE(line.name, "baseline");
 }
 
 TEST_F(Check, FindsACameraThatCannotSeeTheSubject) {

@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <opencv2/imgcodecs.hpp>
 
 #include "calib/receive.h"
@@ -217,6 +218,14 @@ void write_fake_session(const fs::path& folder, cv::Size size) {
   for (const char* name : {"background", "skin", "lips"})
     manifest.mutable_regions()->add_names(name);
   write_json(folder / "session.json", manifest);
+}
+
+void leave_out(const fs::path& session, const std::function<bool(const v1::Frame&)>& is_left_out) {
+  v1::Session manifest;
+  read_json(session / "session.json", &manifest);
+  auto& frames = *manifest.mutable_frames();
+  frames.erase(std::remove_if(frames.begin(), frames.end(), is_left_out), frames.end());
+  write_json(session / "session.json", manifest);
 }
 
 ScratchFolder::ScratchFolder() {

@@ -2,6 +2,7 @@
 // twenty steps by two cameras. Enough to be read, checked and spoilt; too coarse to be fitted well.
 #pragma once
 
+#include <functional>
 #include <set>
 #include <string>
 #include <vector>
@@ -21,6 +22,9 @@ std::vector<v1::Frame> fake_frames();
 
 // session.json, frames/ and regions.png ("background", "skin", "lips").
 void write_fake_session(const fs::path& folder, cv::Size size = kFakeSize);
+
+// Takes the frames that `is_left_out` names out of session.json.
+void leave_out(const fs::path& session, const std::function<bool(const v1::Frame&)>& is_left_out);
 
 // A folder of its own for one test, removed with it.
 class ScratchFolder {

@@ -51,6 +51,13 @@ TEST_F(SessionFolder, ReadsAsItWasWritten) {
   EXPECT_EQ(read_regions(s).size(), testing::kFakeSize);
 }
 
+TEST_F(SessionFolder, NeedsFringesOnlyWhereNoMeshIsGiven) {
+  testing::leave_out(path(), [](const v1::Frame& f) { return f.role() == v1::Frame::FRINGE; });
+  EXPECT_TRUE(
+      names(after([](v1::Session*) {}), {"session.json", "no FRINGE 0 CROSS", "fit --mesh FILE"}));
+  EXPECT_NO_THROW(require_burst(read_session(path()), ShapeFrom::kMesh));
+}
+
 TEST_F(SessionFolder, ScalesRadianceAndMarksClippedPixels) {
   v1::Session manifest;
   read_json(path() / "session.json", &manifest);
