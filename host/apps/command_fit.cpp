@@ -16,6 +16,7 @@
 #include "export/export.h"
 #include "fit/layers.h"
 #include "io/json.h"
+#include "io/mesh_file.h"
 #include "io/whole_file.h"
 
 namespace lamella::apps {
@@ -23,7 +24,7 @@ namespace lamella::apps {
 namespace {
 
 struct FitArguments {
-  fs::path session, out, bench;
+  fs::path session, out, bench, mesh;
   std::string until = "albedo", layers = "auto", quality = "standard";
   double budget_s = 0;
   std::string max_error;
@@ -138,6 +139,16 @@ void write_fit(WholeFolder* folder, const Session& session, const Stopwatch& wat
   folder->commit();
 }
 
+// The subject's shape, where it is given; never out of what the fit replaces.
+std::optional<TriangleMesh> mesh_of(const FitArguments& args, const fs::path& out) {
+  if (args.mesh.empty()) return std::nullopt;
+  if (lies_in(args.mesh, out)) {
+    throw_bad_input(args.mesh.string(), "is in the folder that the fit replaces",
+                    "give another --out, or copy the mesh");
+  }
+  return read_mesh(args.mesh);
+}
+
 int run_fit(const FitArguments& args) {
   const Stopwatch watch;
   abandon_outputs_on_interrupt();
@@ -151,10 +162,15 @@ int run_fit(const FitArguments& args) {
                     "choose another place");
   }
   const fit::Quality quality = quality_of(args, session);
+  const std::optional<TriangleMesh> mesh = mesh_of(args, out);
   clear_half_written_beside(out);
   WholeFolder folder(out, "layers.json");
-  fit::LayeredFit fit = fit::fit_layers(session, fit::step_from_name(args.until),
-                                        fit::layer_use_from_name(args.layers), quality);
+  fit::LayeredFit fit =
+      fit::fit_layers(session, fit::step_from_name(args.until),
+                      fit::layer_use_from_name(args.layers), quality, mesh ? &*mesh : nullptr);
+  if (mesh && fit.layers.has_geometry()) {
+    fit.layers.mutable_geometry()->set_mesh(printable(args.mesh.string()));
+  }
   folder.blame_place([&] { write_fit(&folder, session, watch, &fit); });
   if (args.json) {
     fmt::print("{}\n", to_json(fit.layers));
@@ -173,6 +189,9 @@ void add_fit(const Command& app, int* exit_code) {
   const Command command = app.add_command("fit", "Fit the layers of a session");
   command.add_option("session", args->session, "Session folder").required();
   command.add_option("--out", args->out, "Folder to write [SESSION/fit]");
+  command.add_option("--mesh", args->mesh,
+                     "The subject's shape, instead of the fringes': .ply or .obj in mm, .glb in "
+                     "metres, in the rig's frame");
   command
       .add_option(
           "--until", args->until,

@@ -217,24 +217,26 @@ float NoiseModel::variance(float radiance) const {
   return float(read_variance + photon_variance_per_unit * double(std::max(0.f, radiance)));
 }
 
-Burst linearise(const Session& session) {
-  require_burst(session);
-  const Photographs photographs = read_photographs(session, frames_to_fit(session));
+Burst linearise(const Session& session, const TriangleMesh* mesh) {
+  const ShapeFrom shape = mesh ? ShapeFrom::kMesh : ShapeFrom::kFringes;
+  require_burst(session, shape);
+  const Photographs photographs = read_photographs(session, frames_to_fit(session, shape));
   Burst burst;
+  burst.mesh = mesh;
   if (!session.regions_file.empty()) burst.regions = read_regions(session);
-  burst.check = check_burst(session, photographs, burst.regions);
+  burst.check = check_burst(session, photographs, burst.regions, shape);
   require_usable(burst.check);
   burst.session = &session;
   burst.led_noise = noise_of(session, session.left, Role::kGradientFull);
   burst.projector_noise = noise_of(session, session.left, Role::kFront);
-  burst.fringe.resize(session.patterns.fringe_periods.size());
+  if (!mesh) burst.fringe.resize(session.patterns.fringe_periods.size());
   Reader reader(session);
   add_left_frames(&reader, &burst);
   AnalyserPair ambient;
   reader.add("left", Role::kAmbient, 0, Analyser::kParallel, &ambient.parallel);
   reader.add("left", Role::kAmbient, 0, Analyser::kCross, &ambient.cross);
   Image3 right_black;
-  if (has_right_geometry(session)) {
+  if (!mesh && has_right_geometry(session)) {
     burst.right_noise = noise_of(session, *session.right, Role::kFront);
     burst.right_fringe.resize(burst.fringe.size());
     for (size_t i = 0; i < burst.fringe.size(); ++i) {

@@ -9,6 +9,7 @@
 
 #include "calib/check.h"
 #include "fit/quality.h"
+#include "io/mesh_file.h"
 #include "io/session.h"
 
 namespace lamella::fit {
@@ -31,6 +32,7 @@ struct NoiseModel {
 
 struct Burst {
   const Session* session = nullptr;
+  const TriangleMesh* mesh = nullptr;     // the subject's shape, where it was given
   Quality quality;                        // what the steps may spend
   SessionCheck check;                     // of the photographs as they came; never unusable
   Labels regions;                         // 0 background
@@ -48,19 +50,19 @@ struct Burst {
   AnalyserPair front;
   Image3 black;                   // BLACK frame, cross
   Image3 front_lit;               // front.cross - black
-  std::vector<Image3> fringe;     // cross - black, by index
+  std::vector<Image3> fringe;     // cross - black, by index; empty where there is a mesh
   Image3 dots;                    // cross - black
   std::array<Image3, 4> stripes;  // cross - black
   Mask clipped_projector;
   float black_level = 0;  // b, estimated: BLACK over FRONT cross, both summed over the subject
 
-  // Right camera; empty where there is none.
+  // Right camera; empty where there is none, or a mesh.
   std::vector<Image3> right_fringe;  // cross - black
   Image3 right_front_lit;
 };
 
 // Reads all frames (in parallel). Throws Error that names file and field, or with the reason of
-// `check` where it calls the photographs unusable.
-Burst linearise(const Session& session);
+// `check` where it calls the photographs unusable. `mesh`: none where the fringes tell the shape.
+Burst linearise(const Session& session, const TriangleMesh* mesh = nullptr);
 
 }  // namespace lamella::fit

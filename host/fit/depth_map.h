@@ -7,10 +7,11 @@
 namespace lamella::fit {
 
 struct DepthMap {
-  Image1 distance_mm;  // along the ray; NaN where nothing was measured
-  Image1 sigma_mm;     // one sigma, from the camera's noise
-  Image1 u_px;         // projector column
-  float px_mm = 1;     // size of a pixel on the face
+  Image1 distance_mm;   // along the ray; NaN where nothing was measured
+  Image1 sigma_mm;      // one sigma, from the camera's noise
+  Image1 u_px;          // projector column
+  float px_mm = 1;      // size of a pixel on the face
+  int penumbra_px = 3;  // beside a gap: scattered light alone is seen there; 0 of a mesh
 
   void forget(int y, int x) { distance_mm(y, x) = sigma_mm(y, x) = u_px(y, x) = kNaN; }
 };

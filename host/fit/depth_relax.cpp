@@ -11,7 +11,6 @@ namespace lamella::fit {
 namespace {
 
 constexpr float kDoubtfulSigmas = 2.f;  // of the median sigma
-constexpr int kPenumbraPx = 3;          // beside a gap
 constexpr float kNormalSigmaRad = 0.08f;
 constexpr float kLeastFacing = 0.05f;  // more oblique, and a normal says nothing about depth
 constexpr double kLinkSigmas = 1.5, kDataSigmas = 2.5;  // beyond, the other evidence is right
@@ -54,7 +53,7 @@ class Relaxation {
       : measured_(measured), distance_(*distance), unknown_(distance->size(), -1) {
     const Mask wanted = distance_ == distance_;
     Mask doubtful = wanted & ~(measured.distance_mm == measured.distance_mm);
-    const int side = 2 * kPenumbraPx + 1;
+    const int side = 2 * measured.penumbra_px + 1;
     cv::dilate(doubtful, doubtful, Mask::ones(side, side));
     doubtful |= measured.sigma_mm > kDoubtfulSigmas * median_sigma_mm(measured);
     doubtful &= wanted;

@@ -7,7 +7,7 @@
 namespace lamella::fit {
 
 // Moves the doubtful pixels of `distance_mm`: those that `measured` has no distance for, those
-// beside them, which see scattered light alone, and those much less sure than most. Neighbours
+// beside them, in its penumbra, and those much less sure than most. Neighbours
 // should lie in the plane of the normal between them, as far as a normal seen that obliquely says
 // where; a measurement should be kept, as far as its sigma says. Either is given up where it is far
 // from the rest: a wrong turn of the phase, a silhouette. All other pixels stay as they are.

@@ -6,6 +6,7 @@
 #include "fit/depth_fill.h"
 #include "fit/depth_map.h"
 #include "fit/gradient_inversion.h"
+#include "fit/mesh_depth.h"
 #include "fit/stereo.h"
 #include "fit/triangulate.h"
 
@@ -51,6 +52,17 @@ DepthMap depth_of(const Burst& burst, const Camera& camera, const std::vector<Im
       session, camera.id == session.left.id ? burst.projector_noise : burst.right_noise);
   const ProjectorColumns columns = decode_columns(fringe, front_lit, lit, code);
   return measure_depth(camera, burst.session->projector, columns);
+}
+
+DepthMap triangulated_depth(const Burst& burst) {
+  const Session& session = *burst.session;
+  DepthMap depth = depth_of(burst, session.left, burst.fringe, burst.front_lit);
+  if (!burst.right_fringe.empty()) {
+    const DepthMap right =
+        depth_of(burst, *session.right, burst.right_fringe, burst.right_front_lit);
+    refine_with_right(session.left, *session.right, session.projector, right, &depth);
+  }
+  return depth;
 }
 
 // Normals good enough to carry the surface over a gap: the diffuse gradients as a lone Lambertian
@@ -118,13 +130,8 @@ Geometry geometry_at(const Burst& burst, const DepthMap& depth, const Mask& meas
 }  // namespace
 
 Geometry reconstruct_geometry(const Burst& burst) {
-  const Session& session = *burst.session;
-  DepthMap depth = depth_of(burst, session.left, burst.fringe, burst.front_lit);
-  if (!burst.right_fringe.empty()) {
-    const DepthMap right =
-        depth_of(burst, *session.right, burst.right_fringe, burst.right_front_lit);
-    refine_with_right(session.left, *session.right, session.projector, right, &depth);
-  }
+  DepthMap depth = burst.mesh ? mesh_depth(burst.session->left, *burst.mesh, burst.regions)
+                              : triangulated_depth(burst);
   const Mask measured = depth.distance_mm == depth.distance_mm;
   fill(burst, &depth);
   return geometry_at(burst, depth, measured);

@@ -1,5 +1,6 @@
 // Step 2, geometry: left camera, right camera and projector column triangulated from the colour
-// fringes.
+// fringes; the projector and either camera suffice. Or a mesh that was given, as the left camera
+// sees it.
 #pragma once
 
 #include "fit/burst.h"
@@ -15,8 +16,8 @@ struct Geometry {
   Image1 projector_irradiance;  // radiance of white facing the projector there; 1 at the origin
   Image3 scene_mm;  // position of every pixel that was measured, in a region or not: what
                     // casts shadows
-  Mask measured;  // 255 where the pixel's own light was triangulated, 0 where its depth is carried
-                  // over from its neighbours
+  Mask measured;  // 255 where the pixel's own light was triangulated, or the mesh is seen, 0 where
+                  // its depth is carried over from its neighbours
 };
 
 Geometry reconstruct_geometry(const Burst& burst);

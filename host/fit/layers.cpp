@@ -83,7 +83,7 @@ void run_steps(Step until, LayerUse use, Burst* burst, Course* course, LayeredFi
       report_rerender(timed(course, "rerender", [&] { return rerender(*burst, fitted); }), fit);
     }
   }
-  report_geometry(geometry, fit);
+  report_geometry(*burst, geometry, fit);
 }
 
 }  // namespace
@@ -97,10 +97,11 @@ Step step_from_name(const std::string& name) {
   throw_bad_input("--until", "no step \"" + name + "\"", "one of " + known);
 }
 
-LayeredFit fit_layers(const Session& session, Step until, LayerUse use, const Quality& quality) {
+LayeredFit fit_layers(const Session& session, Step until, LayerUse use, const Quality& quality,
+                      const TriangleMesh* mesh) {
   LayeredFit fit;
   Course course{&fit.layers, Progress("fitting, step", steps_until(until))};
-  Burst burst = timed(&course, "linearise", [&] { return linearise(session); });
+  Burst burst = timed(&course, "linearise", [&] { return linearise(session, mesh); });
   burst.quality = quality;
   fit.check = burst.check;
   if (quality.bin_px == 1) {

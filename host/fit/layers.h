@@ -10,6 +10,7 @@
 #include "fit/layer_choice.h"
 #include "fit/quality.h"
 #include "io/layer_maps.h"
+#include "io/mesh_file.h"
 #include "io/session.h"
 
 namespace lamella::fit {
@@ -33,8 +34,9 @@ struct LayeredFit {
   SessionCheck check;  // its poor lines are what to expect less of the fit for
 };
 
-// Throws Error on bad input; what the data cannot tell is said in the result.
+// Throws Error on bad input; what the data cannot tell is said in the result. `mesh`: the subject's
+// shape, instead of what the fringes say of it.
 LayeredFit fit_layers(const Session& session, Step until, LayerUse use = LayerUse::kAuto,
-                      const Quality& quality = {});
+                      const Quality& quality = {}, const TriangleMesh* mesh = nullptr);
 
 }  // namespace lamella::fit

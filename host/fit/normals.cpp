@@ -147,6 +147,7 @@ void refill(const Burst& burst, const Image3& normal, const Image1& distance_mm,
   fill_depth(burst.session->left, labelled, normal, &depth);
   DepthMap measured{distance_mm.clone(), geometry->sigma_mm, Image1(), depth.px_mm};
   measured.distance_mm.setTo(kNaN, ~(geometry->measured & labelled));
+  if (burst.mesh) measured.penumbra_px = 0;
   relax_depth(burst.session->left, normal, measured, burst.quality.relax_rounds,
               &depth.distance_mm);
   for (int y = 0; y < labelled.rows; ++y) {

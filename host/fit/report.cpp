@@ -1,8 +1,11 @@
 #include "fit/report.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "base/parallel.h"
+#include "fit/mesh_depth.h"
 #include "fit/unheld.h"
 
 namespace lamella::fit {
@@ -11,6 +14,7 @@ namespace {
 
 constexpr double kIor = 1.38;                      // of skin's top layer, Donner and Jensen 2006
 constexpr float kSigmaAtHalfConfidence_mm = 0.1f;  // mm
+constexpr double kLeastCoveredByMesh = 0.97;       // what every map of a fit must answer
 
 using Values = google::protobuf::RepeatedField<double>;
 
@@ -91,6 +95,29 @@ void put_single_layer(const std::array<SingleLayer, 3>& from, v1::Region* region
   }
 }
 
+// Also a line of the check, where a mesh is not all that it should be.
+void report_source(const Burst& burst, const Mask& measured, LayeredFit* fit) {
+  const Mask labelled = burst.regions > 0;
+  const double covered =
+      double(cv::countNonZero(measured & labelled)) / std::max(1, cv::countNonZero(labelled));
+  v1::GeometrySource* source = fit->layers.mutable_geometry();
+  source->set_covered(covered);
+  if (!burst.mesh) {
+    source->set_kind(burst.right_fringe.empty() ? v1::GeometrySource::LEFT_PROJECTOR
+                                                : v1::GeometrySource::LEFT_RIGHT_PROJECTOR);
+    return;
+  }
+  source->set_kind(v1::GeometrySource::MESH);
+  source->set_triangles(uint32_t(burst.mesh->triangles.size()));
+  source->set_sigma_mm(kMeshSigmaMm);
+  if (covered >= kLeastCoveredByMesh) return;
+  fit->check.lines.push_back(
+      {Grade::kPoor, "mesh",
+       fmt::format("the left camera sees it in {:.1f} % of labelled pixels, at least {:g} %",
+                   100 * covered, 100 * kLeastCoveredByMesh),
+       100 * covered, "%", 100 * kLeastCoveredByMesh});
+}
+
 }  // namespace
 
 void start_report(const Burst& burst, LayeredFit* fit) {
@@ -104,7 +131,8 @@ void start_report(const Burst& burst, LayeredFit* fit) {
   (*fit->layers.mutable_checks())["projector_black_level"] = burst.black_level;
 }
 
-void report_geometry(const Geometry& geometry, LayeredFit* fit) {
+void report_geometry(const Burst& burst, const Geometry& geometry, LayeredFit* fit) {
+  report_source(burst, geometry.measured, fit);
   const Mask unheld = unheld_pixels(fit->maps.regions, geometry.measured);
   Image1 confidence = confidence_of(geometry.sigma_mm);
   fit->maps.position_mm = geometry.position_mm.clone();

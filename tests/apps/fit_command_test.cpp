@@ -14,6 +14,7 @@
 #include "io/fake_session.h"
 #include "io/json.h"
 #include "io/layer_maps.h"
+#include "io/mesh_writer.h"
 #include "io/session.h"
 #include "io/whole_file.h"
 #include "layers.pb.h"
@@ -127,6 +128,104 @@ TEST_F(FitCommand, RefusesAQualityThatIsNoneAndNamesThem) {
   ASSERT_EQ(fit.complaints().size(), 1u) << fit.err;
   EXPECT_NE(fit.err.find("draft, standard, reference"), std::string::npos) << fit.err;
   EXPECT_EQ(scratch_.contents(), before);
+}
+
+class FitOfAMesh : public FitCommand {
+ protected:
+  FitOfAMesh() {
+    testing::leave_out(session(), [](const v1::Frame& f) {
+      return f.camera() == "right" || f.role() == v1::Frame::FRINGE;
+    });
+  }
+
+  fs::path mesh() const { return scratch_.path() / "face.ply"; }
+
+  // The sphere that was photographed, as a camera in front of it would see it, in these units.
+  void write_mesh(float units_a_mm) const {
+    Image3 seen(kMeshSide, kMeshSide, Vec3::all(kNaN));
+    for (int y = 0; y < kMeshSide; ++y) {
+      for (int x = 0; x < kMeshSide; ++x) {
+        const Vec2 at(float(x - kMeshSide / 2), float(kMeshSide / 2 - y));
+        const float square = kSphereMm * kSphereMm - at.dot(at);
+        if (square > 0) seen(y, x) = Vec3(at[0], at[1], std::sqrt(square)) * units_a_mm;
+      }
+    }
+    testing::write_ply(mesh(), seen, 1, 20 * units_a_mm);
+  }
+
+  Outcome fit(const fs::path& mesh) const {
+    return run_lamella({"fit", session().string(), "--mesh", mesh.string()});
+  }
+
+  void expect_refused(const Outcome& outcome, const std::vector<std::string>& named) const {
+    EXPECT_EQ(outcome.exit_code, 2);
+    ASSERT_EQ(outcome.complaints().size(), 1u) << outcome.err;
+    for (const std::string& part : named) {
+      EXPECT_NE(outcome.err.find(part), std::string::npos) << outcome.err;
+    }
+    EXPECT_FALSE(fs::exists(session() / "fit"));
+  }
+
+  static constexpr int kMeshSide = 141;
+  static constexpr float kSphereMm = 60;
+};
+
+TEST_F(FitOfAMesh, NeedsNeitherFringesNorARightCameraAndSaysSoInTheReport) {
+  write_mesh(1);
+  const Outcome outcome = fit(mesh());
+  EXPECT_LE(outcome.exit_code, 1) << outcome.err;
+  EXPECT_TRUE(outcome.complaints().empty()) << outcome.err;
+  v1::Layers layers;
+  read_json(session() / "fit/layers.json", &layers);
+  EXPECT_EQ(layers.geometry().kind(), v1::GeometrySource::MESH);
+  EXPECT_EQ(layers.geometry().mesh(), mesh().string());
+  EXPECT_GT(layers.geometry().triangles(), 10000u);
+  EXPECT_GT(layers.geometry().covered(), 0.9);
+  const Image3 position_mm = read_layer_maps(session() / "fit").position_mm;
+  EXPECT_NEAR(length(position_mm(64, 48)), kSphereMm, 0.02);
+}
+
+TEST_F(FitOfAMesh, TakesWhatExportWrote) {
+  write_mesh(1);
+  ASSERT_LE(fit(mesh()).exit_code, 1);
+  const fs::path exported = scratch_.path() / "face.glb";
+  fs::copy_file(session() / "fit/model.glb", exported);
+  const Outcome outcome = fit(exported);
+  EXPECT_TRUE(outcome.complaints().empty()) << outcome.err;
+  const Image3 position_mm = read_layer_maps(session() / "fit").position_mm;
+  EXPECT_NEAR(length(position_mm(64, 48)), kSphereMm, 0.5);
+}
+
+TEST_F(FitOfAMesh, IsAskedForWhereThereAreNoFringes) {
+  expect_refused(run("fit"), {"no FRINGE 0 CROSS of the left camera", "fit --mesh FILE"});
+}
+
+TEST_F(FitOfAMesh, RefusesWhatIsNoMeshOfTheSubject) {
+  expect_refused(fit(mesh()), {mesh().string() + ": no such file"});
+  write_whole_text(mesh(), "no mesh at all");
+  expect_refused(fit(mesh()), {mesh().string() + ": no triangle in it"});
+  write_mesh(1e-3f);
+  expect_refused(fit(mesh()),
+                 {"0.118 x 0.118 x 0.0574 mm", "the subject 1000 mm", "in millimetres"});
+}
+
+TEST_F(FitOfAMesh, DoesNotReplaceTheMesh) {
+  write_mesh(1);
+  ASSERT_LE(fit(mesh()).exit_code, 1);
+  const Outcome outcome = fit(session() / "fit/model.glb");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.err.find("is in the folder that the fit replaces"), std::string::npos)
+      << outcome.err;
+  EXPECT_TRUE(fs::exists(session() / "fit/model.glb"));
+}
+
+TEST_F(FitCommand, SaysThatTheRightCameraIsNotInItsGeometry) {
+  testing::leave_out(session(), [](const v1::Frame& f) { return f.camera() == "right"; });
+  EXPECT_LE(run("fit").exit_code, 1);
+  v1::Layers layers;
+  read_json(session() / "fit/layers.json", &layers);
+  EXPECT_EQ(layers.geometry().kind(), v1::GeometrySource::LEFT_PROJECTOR);
+  EXPECT_NE(run("check").out.find("photographs missing of the right camera"), std::string::npos);
 }
 
 // A fit that is killed in the middle.

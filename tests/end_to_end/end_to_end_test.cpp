@@ -8,6 +8,7 @@
 #include "apps/process_child.h"
 #include "apps/run_lamella.h"
 #include "io/json_tree.h"
+#include "io/mesh_writer.h"
 #include "io/session.h"
 #include "io/whole_file.h"
 
@@ -97,6 +98,28 @@ TEST_F(EndToEnd, ABurstIsCapturedFittedComparedAndExported) {
   EXPECT_LT(figures["specular_intensity"]["all"]["rel_rmse"], 0.4);
   EXPECT_EQ(testing::run_lamella({"export", at("good"), "--out", at("face.glb")}).exit_code, 0);
   EXPECT_GT(fs::file_size(at("face.glb")), 1000u);
+}
+
+TEST_F(EndToEnd, ABurstIsFittedToAMeshAtLeastAsWellAsToItsFringes) {
+  ASSERT_EQ(capture("shaped", "").exit_code, 0);
+  testing::write_ply(at("shaped.ply"), read_exr_xyz(at("truth") + "/position.exr"), 1, 8);
+  const auto figures = [&](std::vector<std::string> extra) {
+    std::vector<std::string> fit{"fit", at("shaped")};
+    fit.insert(fit.end(), extra.begin(), extra.end());
+    EXPECT_LE(testing::run_lamella(fit).exit_code, 1);  // a rim of pixels sees past the mesh
+    return json_tree(
+        testing::run_lamella({"compare", at("shaped") + "/fit", at("truth"), "--json"}).out);
+  };
+  const auto fringes = figures({}), mesh = figures({"--mesh", at("shaped.ply")});
+  EXPECT_LT(mesh["position"]["error_mm"]["median"], 0.01);
+  EXPECT_LT(mesh["position"]["error_mm"]["median"], fringes["position"]["error_mm"]["median"]);
+  for (const char* normals : {"normal_specular", "normal_diffuse"}) {
+    const auto of = [&](const auto& all) {
+      return (all[normals].contains("g") ? all[normals]["g"] : all[normals])["deg"]["median"]
+          .template get<double>();
+    };
+    EXPECT_LE(of(mesh), of(fringes) + 0.01) << normals;
+  }
 }
 
 TEST_F(EndToEnd, AFlippedBitOnTheLedChainChangesThePhotograph) {

@@ -78,6 +78,16 @@ TEST_F(DepthRelax, LeavesASureMeasurementAsItIs) {
   EXPECT_FLOAT_EQ(mm(20, 20), plane_mm(20, 20) + 1.f);
 }
 
+TEST_F(DepthRelax, BelievesAMeshUpToItsEdge) {
+  DepthMap data = measured();
+  data.penumbra_px = 0;
+  data.distance_mm.col(kGap.x - 1) += 0.5f;  // a fold that the normals do not show
+  Image1 mm = data.distance_mm.clone();
+  data.distance_mm(kGap).setTo(kNaN);
+  relax_depth(camera_, normals_, data, 3, &mm);
+  EXPECT_FLOAT_EQ(mm(kGap.y + 7, kGap.x - 1), plane_mm(kGap.y + 7, kGap.x - 1) + 0.5f);
+}
+
 TEST_F(DepthRelax, DoesNotBridgeASilhouette) {
   constexpr float kBehindMm = 40;
   DepthMap data = measured();
