@@ -1,5 +1,3 @@
-#include <tbb/enumerable_thread_specific.h>
-
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
@@ -21,6 +19,9 @@ constexpr int kPhaseWindow_px = 3;
 constexpr float kPhaseError_turns = 0.06f;  // on the flanks a sample tells phase more than swing
 constexpr float kLeastOfRegion = 0.4f;      // of the region's swing
 constexpr float kSwingSpread = 0.15f;       // how far one pixel's swing is from its region's
+// Sums are gathered in as many parts, whatever processors there are, so that they are the same to
+// the last bit.
+constexpr int kParts = 16;
 
 using BinsPerChannel = std::array<StripeBins, 3>;
 using Shapes = std::vector<std::array<StripeShape, 3>>;  // by label - 1
@@ -78,15 +79,16 @@ class Stripes {
   }
 
   std::vector<BinsPerChannel> gather() const {
-    const std::vector<BinsPerChannel> empty(burst_.region_names.size() - 1);
-    tbb::enumerable_thread_specific<std::vector<BinsPerChannel>> parts(empty);
-    parallel_for(burst_.regions.rows, [&](int y) {
-      std::vector<BinsPerChannel>& bins = parts.local();
-      for (int x = 0; x < burst_.regions.cols; ++x) {
-        if (measured(y, x) && !burst_.clipped_projector(y, x)) add_pixel(y, x, &bins);
+    std::vector<BinsPerChannel> sum(burst_.region_names.size() - 1);
+    std::vector<std::vector<BinsPerChannel>> parts(kParts, sum);
+    parallel_for(kParts, [&](int part) {
+      for (int y = part; y < burst_.regions.rows; y += kParts) {
+        for (int x = 0; x < burst_.regions.cols; ++x) {
+          if (!measured(y, x) || burst_.clipped_projector(y, x)) continue;
+          add_pixel(y, x, &parts[size_t(part)]);
+        }
       }
     });
-    std::vector<BinsPerChannel> sum = empty;
     for (const auto& part : parts) {
       for (size_t i = 0; i < sum.size(); ++i) {
         for (size_t c = 0; c < 3; ++c) sum[i][c] += part[i][c];

@@ -1,6 +1,7 @@
 // What breaks a fit, case by case: one burst of a twin, spoilt or seen otherwise, against the fit
 // of the burst as it was.
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
 
 #include <nlohmann/json.hpp>
 #include <numeric>
@@ -157,6 +158,14 @@ class HardCase : public ::testing::Test {
 
   static SpoiltSession spoilt() { return SpoiltSession(scratch->path() / "session"); }
 
+  static void expect_the_same_bytes(const fit::LayeredFit& found) {
+    const auto maps = maps_of(found.maps);
+    for (const auto& [name, map] : maps_of(whole->maps)) {
+      const size_t bytes = map.total() * map.elemSize();
+      EXPECT_EQ(std::memcmp(maps.at(name).data, map.data, bytes), 0) << name;
+    }
+  }
+
   // Everything that the fit says of every map, pixel by pixel.
   static void expect_the_same(const fit::LayeredFit& found, double tolerance) {
     const auto maps = maps_of(found.maps);
@@ -210,10 +219,20 @@ TEST_F(HardCase, FramesInAnyOrderUnderAnyNameAreTheSameFitByteForByte) {
     fs::rename(from, session.file(frame));
   }
   std::reverse(frames.begin(), frames.end());
-  const fit::LayeredFit found = session.fitted();
-  const auto maps = maps_of(found.maps);
-  for (const auto& [name, map] : maps_of(whole->maps)) {
-    EXPECT_EQ(std::memcmp(maps.at(name).data, map.data, map.total() * map.elemSize()), 0) << name;
+  expect_the_same_bytes(session.fitted());
+}
+
+TEST_F(HardCase, OnOneProcessorTheFitIsTheSameToTheLastBit) {
+  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  const fit::LayeredFit found = spoilt().fitted();
+  expect_the_same_bytes(found);
+  for (int r = 0; r < whole->layers.regions_size(); ++r) {
+    EXPECT_EQ(found.layers.regions(r).SerializeAsString(),
+              whole->layers.regions(r).SerializeAsString())
+        << whole->layers.regions(r).name();
+  }
+  for (const auto& [name, value] : whole->layers.checks()) {
+    EXPECT_EQ(found.layers.checks().at(name), value) << name;
   }
 }
 
