@@ -79,6 +79,8 @@ struct hal {
   // Lights off, analyser at rest, nothing photographed yet; returns at a vblank of the projector,
   // which becomes the burst's zero.
   enum lam_status (*prepare)(void* self, double* zero_us);
+  // Of that all but the wait for the analyser and the vblank: for what needs neither.
+  enum lam_status (*arm)(void* self);
   // The same for another timeline of the same burst: what was photographed is kept, shots count on.
   enum lam_status (*resume)(void* self, double* zero_us);
   enum lam_status (*set_line)(void* self, enum hal_line line, bool level, double* at_us);

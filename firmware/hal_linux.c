@@ -232,7 +232,7 @@ static enum lam_status resume(void* self, double* zero_us) {
   return find_zero(board, zero_us);
 }
 
-static enum lam_status prepare(void* self, double* zero_us) {
+static enum lam_status arm(void* self) {
   struct hal_linux* board = self;
   if (darken(board) != LAM_OK) return LAM_HARDWARE;
   __atomic_store_n(&board->shot_count, 0, __ATOMIC_RELEASE);
@@ -240,8 +240,12 @@ static enum lam_status prepare(void* self, double* zero_us) {
   struct hal_seen_edge old;
   while (next_seen(board, &old)) continue;
   board->seen_count = board->seen_given = 0;
-  const enum lam_status armed = arm_cameras(board);
-  return armed == LAM_OK ? resume(board, zero_us) : armed;
+  return arm_cameras(board);
+}
+
+static enum lam_status prepare(void* self, double* zero_us) {
+  const enum lam_status armed = arm(self);
+  return armed == LAM_OK ? resume(self, zero_us) : armed;
 }
 
 // --- Opening and closing ---
@@ -345,6 +349,7 @@ enum lam_status hal_linux_claim(struct hal_linux* board, const struct rig* rig) 
                             .now_us = now_us,
                             .wait_until_us = wait_until_us,
                             .prepare = prepare,
+                            .arm = arm,
                             .resume = resume,
                             .set_line = set_line,
                             .shift_leds = shift_leds,

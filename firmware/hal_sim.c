@@ -112,6 +112,11 @@ static enum lam_status prepare(void* self, double* zero_us) {
   return status;
 }
 
+static enum lam_status arm(void* self) {
+  double zero_us = 0;
+  return prepare(self, &zero_us);
+}
+
 static void delay_light(struct hal_sim* sim) {
   const int pulse = sim->pulse_count++;
   const bool late = sim->faults.late_pulse < 0 || sim->faults.late_pulse == pulse;
@@ -319,6 +324,7 @@ enum lam_status hal_sim_open(struct hal_sim* sim, const struct rig* rig, enum si
                           .now_us = now_us,
                           .wait_until_us = wait_until_us,
                           .prepare = prepare,
+                          .arm = arm,
                           .resume = resume,
                           .set_line = set_line,
                           .shift_leds = shift_leds,

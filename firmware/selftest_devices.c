@@ -253,13 +253,13 @@ bool selftest_projector(struct selftest* test) {
   const struct hal_pattern black = {lamella_v1_PatternSpan_Kind_BLACK, 0};
   struct hal* hal = test->hal;
   const double refresh_us = rig_refresh_us(test->rig);
-  double zero_us = 0, committed_us = 0, flip_us[2] = {0, 0};
+  double committed_us = 0, flip_us[2] = {0, 0};
   if (test->rig->board.given && test->rig->board.display_device[0] == '\0') {
     selftest_skip(test, "flip", "the rig file names no display");
     return false;
   }
-  if (hal->prepare(hal->self, &zero_us) != LAM_OK) {
-    selftest_fail(test, "vertical blank", hal->error);
+  if (hal->arm(hal->self) != LAM_OK) {
+    selftest_fail(test, "preparing", hal->error);
     return false;
   }
   for (int i = 0; i < 2; i++) {

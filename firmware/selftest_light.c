@@ -91,11 +91,10 @@ static bool read_shot(struct selftest* test, unsigned camera, struct hal_photogr
 // A photograph of both cameras under these codes; NULL: in the dark.
 static bool photograph(struct selftest* test, const uint16_t codes[], struct led_signature* seen,
                        struct hal_photograph raw[2]) {
-  double zero_us = 0;
   struct hal* hal = test->hal;
   if (test->shots % kShotsInARow == 0) {
     test->shots = 0;
-    if (hal->prepare(hal->self, &zero_us) != LAM_OK) {
+    if (hal->arm(hal->self) != LAM_OK) {
       selftest_fail(test, "preparing", hal->error);
       return false;
     }

@@ -115,7 +115,7 @@ bool StoreBench::open() {
 uint64_t StoreBench::begin(uint32_t frames) {
   char error[200] = "";
   uint64_t id = 0;
-  const store_order order = {frames, kBenchFrameBytes, false, false};
+  const store_order order = {frames, kBenchFrameBytes, false, false, nullptr};
   const lam_status status = store_begin(&store, &order, &id, error, sizeof error);
   why = error;
   return status == LAM_OK ? id : 0;

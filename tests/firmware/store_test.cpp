@@ -43,7 +43,7 @@ std::string refusal_on_a_read_only_disk(const fs::path& folder) {
     if (!mounted) _exit(0);
     StoreBench bench(disk);
     if (!bench.open()) _exit(1);
-    const store_order order = {40, 1e6, false, false};
+    const store_order order = {40, 1e6, false, false, nullptr};
     uint64_t id = 0;
     char why[160];
     if (store_begin(&bench.store, &order, &id, why, sizeof why) != LAM_HARDWARE) _exit(2);
@@ -121,7 +121,7 @@ TEST(Store, ABurstThatTheDiskHasNoRoomForIsRefusedBeforeItBegins) {
   const TemporaryFolder folder;
   StoreBench bench(folder.path());
   ASSERT_TRUE(bench.open());
-  const store_order order = {40, 1e15, false, false};
+  const store_order order = {40, 1e15, false, false, nullptr};
   uint64_t id = 0;
   char why[160];
   EXPECT_EQ(store_begin(&bench.store, &order, &id, why, sizeof why), LAM_STORE_FULL);
@@ -141,7 +141,7 @@ TEST(Store, ADiskThatDoesNotTakeABurstIsNotCalledFullButByItsFaultWithWhatToDo) 
     ASSERT_TRUE(bench.open());
     fault = error;
     bench.store.disk.before = [](void*, const disk_step*) { return fault; };
-    const store_order order = {40, kBenchFrameBytes, false, false};
+    const store_order order = {40, kBenchFrameBytes, false, false, nullptr};
     uint64_t id = 0;
     char why[160];
     EXPECT_EQ(store_begin(&bench.store, &order, &id, why, sizeof why), status) << why;
