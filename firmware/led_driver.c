@@ -81,7 +81,7 @@ enum lam_status led_driver_ready(struct hal* hal, const struct rig* rig,
   if (functions->wrong == 0) return LAM_OK;
   snprintf(hal->error, sizeof hal->error,
            "LED driver chip %d does not keep its functions (%ld of %ld bits are wrong): check its "
-           "supply and LATCH",
+           "supply and LATCH, or by lamella rig selftest --only chain that none is missing",
            functions->first_chip, functions->wrong, functions->compared);
   return LAM_HARDWARE;
 }

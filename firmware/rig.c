@@ -105,6 +105,10 @@ enum lam_status rig_parse(const char* text, size_t length, struct rig* rig,
 
 double rig_pwm_period_us(const struct rig* rig) { return kPwmSteps * 1e6 / rig->leds_gsclk_hz; }
 
+double rig_hottest_board_c(const struct rig* rig) {
+  return rig->leds_highest_junction_c - rig->leds_power_w * rig->leds_thermal_k_per_w;
+}
+
 double rig_refresh_us(const struct rig* rig) { return 1e6 / rig->projector_refresh_hz; }
 
 double rig_projector_light_us(const struct rig* rig) {

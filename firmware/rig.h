@@ -57,8 +57,11 @@ enum lam_status rig_parse_leds(const char* text, size_t length, struct rig* rig,
 // everything that is wrong with either is a line on stderr: "FILE:LINE: what".
 enum lam_status rig_read(const char* path, struct rig* rig);
 
-double rig_pwm_period_us(const struct rig* rig);       // 4096 greyscale clocks
-double rig_refresh_us(const struct rig* rig);          // of the projector
+double rig_pwm_period_us(const struct rig* rig);  // 4096 greyscale clocks
+double rig_refresh_us(const struct rig* rig);     // of the projector
+// Of the LEDs' board, above which no light is allowed: a junction is hotter by what a lit LED heats
+// itself.
+double rig_hottest_board_c(const struct rig* rig);
 double rig_projector_light_us(const struct rig* rig);  // whole refresh periods
 double rig_shift_us(const struct rig* rig);            // all bits of the driver chain over SPI
 

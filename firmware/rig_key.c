@@ -128,7 +128,7 @@ static void take_number(const struct rig_key* key, const struct rig_pair* pair, 
     rig_complain(errors, pair->line, "'%s' needs one decimal number, not '%.40s'", key->name,
                  pair->value);
   } else if (!(number >= key->lowest && number <= key->highest)) {
-    rig_complain(errors, pair->line, "'%s' is %.10g; it must be between %.10g and %.10g", key->name,
+    rig_complain(errors, pair->line, "'%s' is %.15g; it must be between %.15g and %.15g", key->name,
                  number, key->lowest, key->highest);
   } else if (key->kind == KIND_WHOLE && number != floor(number)) {
     rig_complain(errors, pair->line, "'%s' is %.10g; it must be a whole number", key->name, number);

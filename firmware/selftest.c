@@ -57,7 +57,10 @@ void selftest_begin(struct selftest* test, unsigned parts, bool quick, bool lear
 void selftest_tell(const struct selftest_reading* r, char text[SELFTEST_WHY_CHARS]) {
   char value[32] = "";
   const bool is_number = !isnan(r->value) && strcmp(r->unit, "yes/no") != 0;
-  if (is_number) snprintf(value, sizeof value, " %.4g %s", r->value, r->unit);
+  if (is_number) {
+    snprintf(value, sizeof value, fabs(r->value) < 1e3 ? " %.4g %s" : " %.0f %s", r->value,
+             r->unit);
+  }
   snprintf(text, SELFTEST_WHY_CHARS, "%s%s%s%s", r->what, value, r->note[0] != '\0' ? ": " : "",
            r->note);
 }

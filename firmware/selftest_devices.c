@@ -42,11 +42,9 @@ bool selftest_temperature(struct selftest* test) {
     return false;
   }
   if (!sense(test, &senses)) return false;
-  const struct rig* rig = test->rig;
-  const double rise_c = rig->leds_power_w * rig->leds_thermal_k_per_w;
   struct selftest_reading* reading =
       selftest_read(test, "hottest thermistor", senses.hottest_c, "C");
-  selftest_limit(test, reading, -20, rig->leds_highest_junction_c - rise_c);
+  selftest_limit(test, reading, -20, rig_hottest_board_c(test->rig));
   if (reading->verdict == SELFTEST_BAD)
     note(reading, "let the LEDs cool; or the thermistor is off");
   return false;
@@ -76,7 +74,7 @@ bool selftest_disk(struct selftest* test) {
   selftest_limit(test, room, needed * 1e-6, INFINITY);
   if (room->verdict == SELFTEST_BAD) {
     note(room, store_bursts_held(test->store) > 0 ? "sync sessions to a host to make room"
-                                                  : "no burst takes that room: make some on it");
+                                                  : "two bursts' room is asked: make some on it");
   }
   struct selftest_reading* rate = selftest_read(test, "write rate", bytes_per_s * 1e-6, "MB/s");
   selftest_limit(test, rate, test->rig->store_disk_bytes_per_s * 1e-6, INFINITY);
@@ -119,6 +117,11 @@ static void judge_bits(struct selftest* test) {
 
 // What the drivers keep besides levels, written anew as the streams went over it.
 static void judge_functions(struct selftest* test) {
+  if (test->trial.length != CHAIN_BITS) {
+    selftest_skip(test, "wrong function bits",
+                  "the chain's length is wrong: so is every place in it");
+    return;
+  }
   struct led_functions functions;
   const enum lam_status status = led_driver_ready(test->hal, test->rig, &functions);
   if (functions.compared == 0 && status == LAM_OK) {

@@ -4,11 +4,6 @@
 
 static const double kHostSilentUs = 500e3;
 
-// The junctions are hotter than the board by what a lit LED heats itself.
-static double hottest_board_c(const struct rig* rig) {
-  return rig->leds_highest_junction_c - rig->leds_power_w * rig->leds_thermal_k_per_w;
-}
-
 void session_tie_to_host(struct session* session) {
   session->ends_with_host = true;
   session_hear_host(session);
@@ -41,7 +36,7 @@ void session_watch(struct session* session) {
     session_fail(session, LAM_PART_ACTUATOR, HAL_STUCK);
   } else if (senses.estopped) {
     session_fail(session, LAM_PART_ESTOP, "the emergency stop is pressed: release it, then abort");
-  } else if (senses.hottest_c > hottest_board_c(session->rig)) {
+  } else if (senses.hottest_c > rig_hottest_board_c(session->rig)) {
     session_fail(session, LAM_PART_HEAT, "the LEDs' board is too hot: let it cool, then abort");
   } else if (store_fault(session->store)[0] != '\0') {
     session_fail(session, LAM_PART_DISK, store_fault(session->store));

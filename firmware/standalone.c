@@ -103,10 +103,7 @@ static void condemn(struct standalone* alone, enum lam_part part) {
 
 // What the inputs forbid before anything is asked of the rig.
 static void watch(struct standalone* alone, const struct hal_senses* senses) {
-  const struct rig* rig = alone->rig;
-  const double most_c =
-      rig->leds_highest_junction_c - rig->leds_power_w * rig->leds_thermal_k_per_w;
-  const bool hot = senses->hottest_c > most_c;
+  const bool hot = senses->hottest_c > rig_hottest_board_c(alone->rig);
   if (!senses->estopped && !hot) return;
   condemn(alone, senses->estopped ? LAM_PART_ESTOP : LAM_PART_HEAT);
   rest(alone);

@@ -92,7 +92,7 @@ static enum lam_status begin_on_disk(struct store* store, const struct store_ord
   const double needed = store_needed_bytes(order->frames, order->frame_bytes);
   const double free_bytes = (double)disk_free_bytes(&store->disk);
   if (free_bytes < needed && !disk_is_read_only(&store->disk)) {
-    snprintf(why, why_size, "the rig's disk has %.0f MB free and a burst needs %.0f MB: %s",
+    snprintf(why, why_size, "the rig's disk has %.2f MB free and a burst needs %.2f MB: %s",
              free_bytes * 1e-6, needed * 1e-6,
              store->burst_count > 0 ? "fetch what it holds (lamella rig sync)"
                                     : "no burst takes that room: make some on it");
@@ -120,7 +120,10 @@ static enum lam_status begin_on_disk(struct store* store, const struct store_ord
 enum lam_status store_begin(struct store* store, const struct store_order* order,
                             uint64_t* burst_id, char* why, size_t why_size) {
   if (!store->on_disk && store_held(store) > 0 && !order->discard_held) {
-    snprintf(why, why_size, "photographs of the last burst are held: acknowledge or discard them");
+    snprintf(why, why_size,
+             "photographs of the last burst are held: take them (lamella capture --held), or give "
+             "them up "
+             "(--discard-held)");
     return LAM_WRONG_STATE;
   }
   pthread_mutex_lock(&store->lock);

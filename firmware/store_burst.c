@@ -238,6 +238,11 @@ void burst_explain(struct held_burst* burst, const lamella_v1_BurstEnd* end) {
     snprintf(burst->why, sizeof burst->why,
              "ended well, but its disk lost some: %u of %u photographs are whole%s",
              (unsigned)sound, (unsigned)end->frame_ids_count, damaged);
+  } else if (burst->expected == 0 && sound + burst->damaged > 0) {
+    snprintf(burst->why, sizeof burst->why,
+             "its first record is lost, so that nobody knows how many photographs it had: %u %s "
+             "whole%s",
+             (unsigned)sound, sound == 1 ? "is" : "are", damaged);
   } else if (sound == 0 && burst->damaged == 0) {
     snprintf(burst->why, sizeof burst->why,
              "power or the daemon was cut before the first photograph was on disk");

@@ -98,7 +98,7 @@ void print_table(const Options& options, const Burst& burst, const Reception& re
              s.megabytes_per_s);
   if (!reception.retaken.empty()) {
     fmt::print("  retaken      {} photographs within the burst; the first ones are in {}\n",
-               reception.retaken.size(), (options.out / "frames" / "retaken").string());
+               reception.retaken.size(), one_line((options.out / "frames" / "retaken").string()));
   }
   for (const std::string& frame : reception.marked) {
     fmt::print("  to be retaken: {}\n", one_line(frame));
@@ -133,6 +133,7 @@ void name_subject(const Options& options, const fs::path& folder, v1::Session* m
 
 std::string fault_of_subject(const std::string& name) {
   constexpr size_t kMostBytes = 63;  // PROTOCOL.md, BurstRequest
+  if (printable(name) != name) return "is no UTF-8";
   return name.size() <= kMostBytes ? "" : fmt::format("at most {} bytes", kMostBytes);
 }
 
@@ -271,9 +272,9 @@ void add_capture(const Command& app, int* exit_code) {
       .shows_default();
   command.add_option("--out", options->out, "Folder of the new session").required();
   command
-      .add_option("--subject", simulated->subject, "Name, in the session; for sim: head or sphere")
-      .check(fault_of_subject)
-      .shows_default();
+      .add_option("--subject", simulated->subject,
+                  "Name, in the session; for sim: head, where none is given, or sphere")
+      .check(fault_of_subject);
   command.add_option("--seed", simulated->seed, "Of the simulated noise and skin")
       .check(fault_of_whole_number)
       .shows_default();

@@ -225,7 +225,7 @@ std::optional<int> CommandLine::run(int argc, char** argv) {
   } catch (const CLI::Success& e) {  // help or the version was asked for
     return app_->exit(e);
   } catch (const CLI::ParseError& e) {
-    std::fprintf(stderr, "lamella: %s; see %s --help\n", fault_in(e).c_str(),
+    std::fprintf(stderr, "lamella: %s; see %s --help\n", one_line(fault_in(e)).c_str(),
                  command_in(*app_).c_str());
     return 2;
   }

@@ -91,7 +91,7 @@ void add_rig_pair(const Command& rig, int* exit_code) {
   command.add_option("--rig", args->rig, "HOST:PORT of the rig")
       .check(rig_address(Simulated::kNot))
       .required();
-  command.add_option("--wait", args->wait_s, "Seconds to wait for the button")
+  command.add_option("--wait", args->wait_s, "Seconds to wait for the button, at most 60")
       .within(0.0, 60.0)
       .shows_default();
   command.add_flag("--forget", args->forget, "Undo it, at both ends");

@@ -40,19 +40,24 @@ std::string with_unit(const std::string& numbers, const v1::SelftestReading& r) 
   return r.unit().empty() ? numbers : numbers + " " + r.unit();
 }
 
+// Of four digits, and never with an exponent.
+std::string figure(double value) {
+  return std::abs(value) < 1e3 ? fmt::format("{:.4g}", value) : fmt::format("{:.0f}", value);
+}
+
 std::string value_text(const v1::SelftestReading& r) {
   if (!r.has_value()) return "";
   if (r.unit() == "yes/no") return r.value() != 0 ? "yes" : "no";
-  return with_unit(fmt::format("{:.4g}", r.value()), r);
+  return with_unit(figure(r.value()), r);
 }
 
 std::string limit_text(const v1::SelftestReading& r) {
   if (!r.has_low() && !r.has_high()) return "";
   if (r.unit() == "yes/no") return r.low() != 0 ? "yes" : "no";
-  if (!r.has_low()) return with_unit(fmt::format("at most {:.4g}", r.high()), r);
-  if (!r.has_high()) return with_unit(fmt::format("at least {:.4g}", r.low()), r);
-  if (r.low() == r.high()) return with_unit(fmt::format("{:.4g}", r.low()), r);
-  return with_unit(fmt::format("{:.4g} to {:.4g}", r.low(), r.high()), r);
+  if (!r.has_low()) return with_unit("at most " + figure(r.high()), r);
+  if (!r.has_high()) return with_unit("at least " + figure(r.low()), r);
+  if (r.low() == r.high()) return with_unit(figure(r.low()), r);
+  return with_unit(figure(r.low()) + " to " + figure(r.high()), r);
 }
 
 std::string verdict_text(const v1::SelftestReading& r) {

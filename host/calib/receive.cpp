@@ -235,7 +235,7 @@ Reception receive_session(BurstSource* rig, const Burst& burst, const WholeFolde
   reception.manifest = read_calibration(rig, burst, &cameras);
   reception.manifest.set_flashing_confirmed(burst.flashing_confirmed);
   reception.manifest.set_shortfall(burst.shortfall);
-  if (!burst.subject.empty()) reception.manifest.set_subject(burst.subject);
+  reception.manifest.set_subject(burst.subject);  // the calibration's sat there for that
   drop_regions(name, &reception);
   const v1::Welcome* welcome = rig->answering();
   if (welcome && burst.just_taken) {

@@ -68,19 +68,23 @@ std::string count(size_t n, const std::string& what) {
 
 // What a person wants to know of a burst that is not whole.
 std::string explanation(const v1::HeldBurst& burst, const v1::BurstEnd* end, size_t damaged) {
+  const uint32_t whole = burst.frames_held() + burst.frames_acknowledged();
   std::string text;
   if (end && !end->why().empty()) {
     text = end->why();
   } else if (end) {
     text = "the burst ended well, but its disk lost some of it since";
-  } else if (burst.frames_expected() == 0) {
-    return "power or the daemon was cut as the burst began: nothing was photographed";
-  } else {
+  } else if (burst.frames_expected() > 0) {
     text = "power or the daemon was cut before the burst's end was on disk";
+  } else if (whole + damaged > 0) {
+    text = "its first record is lost, so that nobody knows how many photographs it had";
+  } else {
+    return "power or the daemon was cut as the burst began: nothing was photographed";
   }
-  const uint32_t whole = burst.frames_held() + burst.frames_acknowledged();
-  text += "; " + std::to_string(whole) + " of " + count(burst.frames_expected(), "photograph") +
-          (whole == 1 ? " is whole" : " are whole");
+  text +=
+      "; " + std::to_string(whole) +
+      (burst.frames_expected() > 0 ? " of " + count(burst.frames_expected(), "photograph") : "") +
+      (whole == 1 ? " is whole" : " are whole");
   if (damaged > 0) text += ", " + std::to_string(damaged) + " damaged";
   return text;
 }

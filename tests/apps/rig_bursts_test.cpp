@@ -90,9 +90,11 @@ TEST_F(RigBursts, ACaptureNamesItsSubjectInTheSession) {
     return run_lamella({"capture", "--rig", rig.address(), "--out", (out / "s").string(),
                         "--flashing-confirmed", "--subject", name});
   };
-  const Outcome refused = capture(std::string(64, 'a'));
-  EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_NE(refused.err.find("--subject"), std::string::npos) << refused.err;
+  for (const std::string& name : {std::string(64, 'a'), std::string("J\xfc")}) {
+    const Outcome refused = capture(name);
+    EXPECT_EQ(refused.exit_code, 2);
+    EXPECT_NE(refused.err.find("--subject"), std::string::npos) << refused.err;
+  }
   const Outcome outcome = capture("Alice");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(read_session(out / "s").subject, "Alice");

@@ -158,14 +158,14 @@ TEST_F(RigRecover, AnotherCalibrationThanASessionHasThatIsThereIsRefused) {
       json_tree(read_text(out / "burst-000042" / "burst.json"))["own_calibration"].get<bool>());
 }
 
-TEST_F(RigRecover, ASessionIsOfTheSubjectThatTheBurstWasAskedForElseOfTheCalibrations) {
+TEST_F(RigRecover, ASessionIsOfTheSubjectThatTheBurstWasAskedForAndOfNobodyElse) {
   for (const std::string command : {"recover", "sync"}) {
-    for (const auto& [asked, subject] : {std::pair("Ada", "Ada"), {"", "fake"}}) {
+    for (const std::string subject : {"Ada", ""}) {  // the calibration's is "fake"
       SCOPED_TRACE(command + " " + subject);
       FakeRig rig;
       load_burst(&rig, testing::kFakeSize);
       v1::HeldBurst held = whole_burst();
-      held.set_subject(asked);
+      held.set_subject(subject);
       rig.hold(held);
       fs::remove_all(out);
       const Outcome outcome = run({command}, rig);

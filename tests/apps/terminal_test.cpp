@@ -55,6 +55,20 @@ TEST_F(Terminal, ObeysNoPartOfAnError) {
   expect_shown(run_lamella({"check", session.string()}).err, R"([2J\x9b2J)");
 }
 
+TEST_F(Terminal, ObeysNoArgumentAndAnErrorInOneIsALine) {
+  const std::string bad = std::string("A") + kObeyed + "\nB";
+  for (const std::vector<std::string>& command :
+       {std::vector<std::string>{"rig", "status", "--rig", bad},
+        {"rig", "selftest", "--rig", "sim", "--only", bad},
+        {"rig", "pair", "--rig", "1.2.3.4:1", "--wait", bad},
+        {"fit", session.string(), "--" + bad}}) {
+    const Outcome outcome = run_lamella(command);
+    EXPECT_EQ(outcome.exit_code, 2) << command[1];
+    expect_shown(outcome.err, R"(A\x1b[2J\x9b2J\x07\nB)");
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+  }
+}
+
 TEST_F(Terminal, ObeysNoWordOfARig) {
   testing::FakeRig rig;
   v1::Welcome welcome;

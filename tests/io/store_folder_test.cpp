@@ -97,6 +97,22 @@ TEST(StoreFolder, AgreesWithTheFirmwareAboutEverythingThatCanBeMissing) {
   EXPECT_GT(partial, 8);
 }
 
+TEST(StoreFolder, SaysAsTheFirmwareDoesThatTheRecordOfABurstsBeginningIsLost) {
+  const ScratchFolder disk;
+  const uint64_t id = stored_by_firmware(disk.path().c_str(), 5, kBytes, nullptr, 0);
+  const fs::path partial = disk.path() / "burst-000001.partial";
+  fs::rename(disk.path() / "burst-000001", partial);
+  fs::remove(partial / "begin");
+  fs::remove(partial / "end");
+  const v1::HeldBurst host = StoreFolder(disk.path()).held().at(0);
+  char why[160] = "";
+  EXPECT_EQ(explained_by_firmware(disk.path().c_str(), id, why), 0);
+  for (const std::string& said : {host.why(), std::string(why)}) {
+    EXPECT_EQ(said.find("its first record is lost"), 0u) << said;
+    EXPECT_NE(said.find("5 are whole"), std::string::npos) << said;
+  }
+}
+
 TEST(StoreFolder, FindsADamagedPhotographInABurstThatIsNamedWhole) {
   const ScratchFolder disk;
   stored_by_firmware(disk.path().c_str(), 5, kBytes, nullptr, 0);
