@@ -75,12 +75,6 @@ static void find_refusal(const struct rig* rig, struct budget* b) {
              "LEDs would reach %.0f C; leds.highest_junction_c is %.0f C", b->junction_c,
              rig->leds_highest_junction_c);
   }
-  if (b->refusal[0] == '\0' && rig->leds_ambient_c > rig_hottest_board_c(rig)) {
-    snprintf(b->refusal, sizeof b->refusal,
-             "leds.ambient_c is %.0f C; above %.0f C on the LEDs' board the rig stops "
-             "(leds.highest_junction_c less what a lit LED heats itself)",
-             rig->leds_ambient_c, rig_hottest_board_c(rig));
-  }
   if (b->refusal[0] == '\0' && b->memory_bytes > rig->store_capacity_bytes) {
     snprintf(b->refusal, sizeof b->refusal,
              "%.0f MB of photographs less what the disk takes meanwhile leave %.0f MB for a "

@@ -83,6 +83,16 @@ static bool light_fits_pwm(const struct rig* rig, char why[160]) {
   return false;
 }
 
+static bool leds_may_shine(const struct rig* rig, char why[160]) {
+  const double hottest_c = rig_hottest_board_c(rig);
+  if (rig->leds_ambient_c <= hottest_c) return true;
+  snprintf(why, 160,
+           "'leds.ambient_c' is %.4g: above %.4g C no LED may shine (leds.highest_junction_c less "
+           "leds.power_w x leds.thermal_k_per_w)",
+           rig->leds_ambient_c, hottest_c);
+  return false;
+}
+
 enum lam_status rig_parse(const char* text, size_t length, struct rig* rig,
                           struct rig_errors* errors) {
   struct parser parser = {.rig = rig, .errors = errors};
@@ -96,6 +106,9 @@ enum lam_status rig_parse(const char* text, size_t length, struct rig* rig,
   if (errors->count > 0) return LAM_BAD_INPUT;
   if (!light_fits_pwm(rig, why)) {
     rig_complain(errors, rig_key_line(&parser.given, "leds.light_us"), "%s", why);
+  }
+  if (!leds_may_shine(rig, why)) {
+    rig_complain(errors, rig_key_line(&parser.given, "leds.ambient_c"), "%s", why);
   }
   if (!cameras_fit_together(rig, why) || !pattern_can_be_drawn(rig, why)) {
     rig_complain(errors, rig_text_line_blamed(text, length, why), "%s", why);

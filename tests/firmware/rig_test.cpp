@@ -152,6 +152,11 @@ TEST(RigFile, LightThatEndsWithinAPwmPeriodNamesItsLineAndWhatWouldDo) {
   expect_error("leds.light_us", "leds.light_us = 30500", "30000 or 31000 would be");
 }
 
+// Its every burst would end in a fault of heat as it begins.
+TEST(RigFile, RoomThatIsTooHotForAnyLightNamesTheTemperatureThatIsNot) {
+  expect_error("leds.ambient_c", "leds.ambient_c = 88", "above 87 C no LED may shine");
+}
+
 TEST(RigFile, ProcessorThatNoBoardHasIsRefused) {
   int line = 0;
   const std::string text = with_line(board_text("pi4.rig"), "linux.cpu", "linux.cpu = 999", &line);
