@@ -230,6 +230,15 @@ TEST_F(Check, ReadsLateEdgesOffTheTiming) {
   edge->set_actual_us(1100);
   write_json(path() / "timing.json", timing);
   EXPECT_EQ(grade_of("timing"), Grade::kPoor);
+  edge->set_actual_us(900);
+  write_json(path() / "timing.json", timing);
+  EXPECT_EQ(grade_of("timing"), Grade::kPoor);
+  edge->set_line("ARRIVED");  // an analyser that is there early waits
+  write_json(path() / "timing.json", timing);
+  EXPECT_EQ(grade_of("timing"), Grade::kGood);
+  edge->set_actual_us(1100);
+  write_json(path() / "timing.json", timing);
+  EXPECT_EQ(grade_of("timing"), Grade::kPoor);
   edge->set_replaced(true);  // its photograph was taken again
   write_json(path() / "timing.json", timing);
   EXPECT_EQ(grade_of("timing"), Grade::kGood);
