@@ -314,10 +314,9 @@ void check_timing(const Session& s, std::vector<CheckLine>* lines) {
   guarded("timing", lines, [&] {
     v1::TimingEdges timing;
     read_json(file, &timing);
-    const auto late =
-        std::count_if(timing.edges().begin(), timing.edges().end(), [](const v1::TimedEdge& e) {
-          return !e.replaced() && is_beyond_tolerance(e);
-        });
+    const auto late = std::count_if(
+        timing.edges().begin(), timing.edges().end(),
+        [](const v1::TimedEdge& e) { return !e.replaced() && is_beyond_tolerance(e); });
     const double largest_us = largest_edge_error_us(timing, Replaced::kNot);
     lines->push_back({late > 0 ? Grade::kPoor : Grade::kGood, "timing",
                       fmt::format("{} edges, largest error {:.1f} us, {} beyond tolerance",
