@@ -124,13 +124,6 @@ void add_regions_of_truth(const fs::path& folder, v1::Session* manifest) {
   fs::copy_file(labels, folder / "regions.png");
 }
 
-// A calibration's is who sat there when the rig was calibrated.
-void name_subject(const Options& options, const fs::path& folder, v1::Session* manifest) {
-  if (options.rig == "sim" || !options.has_subject) return;
-  manifest->set_subject(options.simulated.subject);
-  write_json(folder / "session.json", *manifest);
-}
-
 std::string fault_of_subject(const std::string& name) {
   constexpr size_t kMostBytes = 63;  // PROTOCOL.md, BurstRequest
   if (printable(name) != name) return "is no UTF-8";
@@ -204,15 +197,16 @@ int capture_from(const std::string& address, const Options& options, WholeFolder
   LinkClient rig(address, link_options(options));
   // Nobody sits before the simulated rig.
   const bool confirmed = options.flashing_confirmed || options.rig == "sim";
-  const std::string subject = options.has_subject ? options.simulated.subject : "";
-  const Burst burst =
+  const bool named = options.has_subject || options.rig == "sim";
+  const std::string subject = named ? options.simulated.subject : "";
+  Burst burst =
       options.held ? rig.held_burst() : rig.run_burst(subject, options.discard_held, confirmed);
+  if (named) burst.subject = subject;
   Reception reception;
   while_rig_holds_burst(options.rig, [&] {
     Progress progress("photographs", int(burst.frame_count));
     reception = receive_session(&rig, burst, *folder, [&](int n) { progress.advance(n); });
     add_regions_of_truth(folder->path(), &reception.manifest);
-    name_subject(options, folder->path(), &reception.manifest);
     if (options.rig != "sim") note_burst(&rig, burst, reception, folder->path());
     folder->commit();
     sync_to_disk(options.out);

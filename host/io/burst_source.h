@@ -16,7 +16,7 @@ struct Burst {
   double planned_us = 0;
   uint32_t frame_count = 0;
   bool flashing_confirmed = false;
-  std::string subject;  // of one that is held, as it was asked for; empty: the calibration's
+  std::string subject;  // as it was asked for; empty: nobody named one
   bool marked = false;  // an edge came later than its tolerance
   uint32_t late_edges = 0;
   std::string verdict;

@@ -140,6 +140,7 @@ Burst LinkClient::run_burst(const std::string& subject, bool discard_held,
   if (!reply.has_accepted()) fail("answered the request for a burst with something else");
   Burst burst;
   burst.just_taken = true;
+  burst.subject = subject;
   burst.flashing_confirmed = flashing_confirmed;
   burst.id = reply.accepted().burst_id();
   burst.step_count = reply.accepted().step_count();
