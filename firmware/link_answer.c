@@ -85,6 +85,7 @@ static bool answer_burst(struct dialogue* dialogue, uint32_t id,
   session->flashing_unconfirmed = !request->flashing_confirmed;
   session->subject = request->subject;
   const enum lam_status status = session_request_burst(session, request->discard_held);
+  session->subject = NULL;  // the request goes; what is begun has the name
   if (status != LAM_OK) return refuse_status(dialogue, id, status);
   if (request->ends_with_host) session_tie_to_host(session);
   lamella_v1_BurstAccepted* accepted =

@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "burst.h"
 #include "latency.h"
 #include "led_driver.h"
 #include "selftest.h"
@@ -11,7 +12,9 @@ static const double kPieceUs = 20e3;  // how long one piece may wait
 static const double kLookUs = 500;    // how often something that is to happen is looked for
 static const double kMostMoves = 3;   // a move that takes so many times its time does not arrive
 static const double kMostRefreshes = 12;
-static const double kLeastFreeSessions = 2, kPhotographs = 40;  // of a session
+enum { kCameras = 2 };
+
+static const double kLeastFreeSessions = 2;
 
 static double now_us(const struct selftest* test) { return test->hal->now_us(test->hal->self); }
 
@@ -68,8 +71,8 @@ bool selftest_disk(struct selftest* test) {
     selftest_fail(test, "writing", error);
     return false;
   }
-  const double needed =
-      store_needed_bytes(kLeastFreeSessions * kPhotographs, test->rig->camera_frame_bytes);
+  const double needed = store_needed_bytes(kLeastFreeSessions * kCameras * BURST_STEPS,
+                                           test->rig->camera_frame_bytes);
   struct selftest_reading* room = selftest_read(test, "free space", free_bytes * 1e-6, "MB");
   selftest_limit(test, room, needed * 1e-6, INFINITY);
   if (room->verdict == SELFTEST_BAD) {

@@ -45,7 +45,7 @@ struct session {
   lamella_v1_Latency latency;  // of this daemon
   lamella_v1_BurstDone done;
   bool flashing_unconfirmed;  // nobody has said that this subject bears flashing light
-  const char* subject;        // who asks for a burst names it; NULL: nobody did
+  const char* subject;        // of the burst that is asked for; NULL: nobody named one
   bool has_news;              // BurstDone or FAULT that no host was told yet
   bool has_progress;          // a photograph more that no host was told of yet
 };

@@ -149,7 +149,6 @@ static void begin_burst(struct standalone* alone) {
   alone->session->occupied = NULL;
   // Whoever presses the button sees the subject, and answers for it (README.md, Safety).
   alone->session->flashing_unconfirmed = false;
-  alone->session->subject = NULL;
   const enum lam_status status = session_request_burst(alone->session, false);
   if (status == LAM_OK) {
     go(alone, STANDALONE_BURST, PANEL_BURST);

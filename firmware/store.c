@@ -122,8 +122,7 @@ enum lam_status store_begin(struct store* store, const struct store_order* order
   if (!store->on_disk && store_held(store) > 0 && !order->discard_held) {
     snprintf(why, why_size,
              "photographs of the last burst are held: take them (lamella capture --held), or give "
-             "them up "
-             "(--discard-held)");
+             "them up (--discard-held)");
     return LAM_WRONG_STATE;
   }
   pthread_mutex_lock(&store->lock);

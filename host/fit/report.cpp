@@ -225,20 +225,8 @@ void report_rerender(const RerenderResiduals& residuals, LayeredFit* fit) {
 }
 
 void settle_confidence(LayerMaps* maps) {
-  const std::pair<const char*, cv::Mat> named[] = {{"position", maps->position_mm},
-                                                   {"normal_specular", maps->normal_specular},
-                                                   {"normal_diffuse", maps->normal_diffuse[0]},
-                                                   {"normal_diffuse", maps->normal_diffuse[1]},
-                                                   {"normal_diffuse", maps->normal_diffuse[2]},
-                                                   {"specular_intensity", maps->specular_intensity},
-                                                   {"single_albedo", maps->single_albedo},
-                                                   {"total_albedo", maps->total_albedo},
-                                                   {"shallow_albedo", maps->shallow_albedo},
-                                                   {"deep_albedo", maps->deep_albedo},
-                                                   {"deep_alpha", maps->deep_alpha},
-                                                   {"deep_ld", maps->deep_ld_mm}};
   for (auto& [name, confidence] : maps->confidence) confidence = confidence.clone();  // maps share
-  for (const auto& [name, map] : named) {
+  for (const auto& [name, map] : named_maps(*maps)) {
     const auto confidence = maps->confidence.find(name);
     if (confidence != maps->confidence.end()) clear_unknown(map, &confidence->second);
   }

@@ -112,6 +112,14 @@ std::vector<fs::path> files_of_layers(const fs::path& folder) {
   return files;
 }
 
+std::vector<std::pair<std::string, cv::Mat>> named_maps(const LayerMaps& maps) {
+  std::vector<std::pair<std::string, cv::Mat>> named{
+      {"specular_intensity", maps.specular_intensity}};
+  for (const Map3& map : kMaps3) named.emplace_back(map.name, maps.*map.member);
+  for (const Image3& normal : maps.normal_diffuse) named.emplace_back("normal_diffuse", normal);
+  return named;
+}
+
 LayerMaps read_layer_maps(const fs::path& folder) {
   if (!fs::is_directory(folder)) throw_bad_input(folder.string(), "no such folder");
   LayerMaps maps;

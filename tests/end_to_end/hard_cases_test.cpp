@@ -74,18 +74,9 @@ class SpoiltSession {
   fs::path folder_;
 };
 
-// Every map whose confidence has the same name, as floats a pixel.
 std::map<std::string, cv::Mat> maps_of(const LayerMaps& maps) {
-  return {{"position", maps.position_mm},
-          {"normal_specular", maps.normal_specular},
-          {"normal_diffuse", maps.normal_diffuse[1]},
-          {"specular_intensity", maps.specular_intensity},
-          {"single_albedo", maps.single_albedo},
-          {"total_albedo", maps.total_albedo},
-          {"shallow_albedo", maps.shallow_albedo},
-          {"deep_albedo", maps.deep_albedo},
-          {"deep_alpha", maps.deep_alpha},
-          {"deep_ld", maps.deep_ld_mm}};
+  const auto named = named_maps(maps);
+  return {named.begin(), named.end()};
 }
 
 void expect_numbers_where_confident(const LayerMaps& maps) {
