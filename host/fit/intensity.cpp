@@ -82,9 +82,10 @@ struct ResponseMaker {
 
 float square(float a) { return a * a; }
 
-// A measurement of c and its weight, one over its variance; weight 0 where there is none.
+// The weight of a measurement of c, one over its variance, and c times that; 0 where there is none.
+// On the flank of a narrow lobe c itself is a quotient of two nothings.
 struct Evidence {
-  float c = 0, weight = 0;
+  float weighted_c = 0, weight = 0;
 };
 
 class Weigher {
@@ -126,7 +127,7 @@ class Weigher {
     const float s = mean(lit.photographs.parallel(y, x) - cross);
     const float radiance = mean(cross) + 0.5f * expected(y, x, lit.gain);
     const float variance = 2 * lit.noise.variance(radiance) / 3 + model_variance;
-    return {(s - lit.single) / lit.gain, square(lit.gain) / variance};
+    return {lit.gain * (s - lit.single) / variance, square(lit.gain) / variance};
   }
 
   const RegionFit& fit(int y, int x) const { return fits_[size_t(burst_.regions(y, x) - 1)]; }
@@ -172,7 +173,7 @@ IntensityMap estimate_intensity(const Burst& burst, const Responses& responses,
       if (!burst.regions(y, x)) continue;
       const Evidence leds = weigher.from_leds(y, x), front = weigher.from_front(y, x);
       weight(y, x) = leds.weight + front.weight;
-      weighted(y, x) = leds.weight * leds.c + front.weight * front.c;
+      weighted(y, x) = leds.weighted_c + front.weighted_c;
     }
   });
   Image1 local_weight, local_weighted;
