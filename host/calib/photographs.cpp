@@ -39,8 +39,8 @@ std::vector<const Frame*> frames_to_fit(const Session& session, ShapeFrom shape)
 
 Photographs read_photographs(const Session& session, const std::vector<const Frame*>& frames) {
   std::vector<Photograph> read(frames.size());
-  tbb::parallel_for(size_t(0), frames.size(),
-                    [&](size_t i) { read[i] = read_photograph(session, *frames[i]); });
+  parallel_for(int(frames.size()),
+               [&](int i) { read[size_t(i)] = read_photograph(session, *frames[size_t(i)]); });
   Photographs photographs;
   for (size_t i = 0; i < frames.size(); ++i) photographs[frames[i]] = std::move(read[i]);
   return photographs;

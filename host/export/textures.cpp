@@ -174,7 +174,7 @@ FaceTextures face_textures(const FaceMaps& face, const v1::Layers& layers, const
       [&] { textures.roughness = roughness_texture(face, layers); },
       [&] { specular_texture(face, side_px, &textures); },
   };
-  tbb::parallel_for(size_t(0), std::size(jobs), [&](size_t i) { jobs[i](); });
+  parallel_for(int(std::size(jobs)), [&](int i) { jobs[i](); });
   return textures;
 }
 

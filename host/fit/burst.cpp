@@ -64,7 +64,8 @@ class Reader {
   // Fills every image; ORs the clipped pixels of the left camera into the two masks.
   void take(const Photographs& photographs, Mask* clipped_led, Mask* clipped_projector) {
     std::vector<Mask> clipped(slots_.size());
-    tbb::parallel_for(size_t(0), slots_.size(), [&](size_t i) {
+    parallel_for(int(slots_.size()), [&](int slot) {
+      const size_t i = size_t(slot);
       const Photograph& photograph = photographs.at(slots_[i].frame);
       *slots_[i].image = photograph.radiance;
       if (is_projector_lit(slots_[i].frame->role)) {

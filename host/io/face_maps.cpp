@@ -138,7 +138,7 @@ FaceMaps face_from_maps(const LayerMaps& measured, const std::string& where) {
   }
   jobs.push_back(
       [&] { face.maps.specular_intensity = dressed(maps.specular_intensity, face.outline); });
-  tbb::parallel_for(size_t(0), jobs.size(), [&](size_t i) { jobs[i](); });
+  parallel_for(int(jobs.size()), [&](int i) { jobs[size_t(i)](); });
   normalise(&face.maps.normal_specular);
   face.maps.regions = maps.regions(box).clone();
   for (const auto& [name, map] : maps.confidence) face.maps.confidence[name] = map(box).clone();

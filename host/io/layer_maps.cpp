@@ -173,7 +173,7 @@ void write_layer_maps(const fs::path& folder, const LayerMaps& maps) {
     });
   }
   jobs.push_back([&] { write_labels(folder / "regions.png", maps.regions); });
-  tbb::parallel_for(size_t(0), jobs.size(), [&](size_t i) { jobs[i](); });
+  parallel_for(int(jobs.size()), [&](int i) { jobs[size_t(i)](); });
 }
 
 v1::Layers read_layers(const fs::path& file) {

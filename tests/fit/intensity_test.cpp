@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cstring>
+#include <opencv2/core.hpp>
+
 namespace lamella::fit {
 namespace {
 
@@ -24,12 +27,12 @@ Skin plain_skin() {
     pair->cross = Image3(size, Vec3::all(0.2f));
     pair->parallel = pair->cross + cv::Scalar::all(double(kTrueC));
   }
-  for (Image1* map : {&skin.responses.led_lobe, &skin.responses.front_lobe,
-                      &skin.responses.led_share}) {
+  for (Image1* map :
+       {&skin.responses.led_lobe, &skin.responses.front_lobe, &skin.responses.led_share}) {
     *map = Image1(size, 1.f);
   }
-  for (Image1* map : {&skin.responses.led_single, &skin.responses.front_single,
-                      &skin.responses.front_slope}) {
+  for (Image1* map :
+       {&skin.responses.led_single, &skin.responses.front_single, &skin.responses.front_slope}) {
     *map = Image1(size, 0.f);
   }
   skin.fits[0].intensity = double(kTrueC);
@@ -54,6 +57,52 @@ TEST(Intensity, APixelWhereTheLobeIsNextToNothingSpoilsNoOther) {
       EXPECT_TRUE(std::isfinite(map.confidence(y, x))) << x << ", " << y;
     }
   }
+}
+
+constexpr int kSide_px = 64;
+
+Image3 noise3(float low, float high) {
+  Image3 image(kSide_px, kSide_px);
+  cv::randu(image, cv::Scalar::all(double(low)), cv::Scalar::all(double(high)));
+  return image;
+}
+
+Image1 noise1(float low, float high) {
+  Image1 image(kSide_px, kSide_px);
+  cv::randu(image, double(low), double(high));
+  return image;
+}
+
+Burst noisy_burst() {
+  Burst burst;
+  burst.regions = Labels(kSide_px, kSide_px, uchar(1));
+  burst.region_names = {"background", "skin"};
+  burst.led_noise = burst.projector_noise = {1e-5, 1e-4};
+  burst.clipped_led = burst.clipped_projector = Mask(kSide_px, kSide_px, uchar(0));
+  burst.full = {noise3(0.4f, 0.6f), noise3(0.2f, 0.3f)};
+  burst.front = {noise3(0.4f, 0.6f), noise3(0.2f, 0.3f)};
+  return burst;
+}
+
+// A row taken alone and a row among many run the same instructions, multiplications and additions
+// contracted in the same way.
+TEST(Intensity, IsTheSameToTheLastBitWhicheverThreadTakesARow) {
+  cv::theRNG().state = 1;
+  const Burst burst = noisy_burst();
+  const Responses responses{noise1(0.5f, 1.f), noise1(0.5f, 1.f), noise1(0.5f, 1.f),
+                            noise1(0.5f, 1.f), noise1(0.5f, 1.f), noise1(0.f, 3.f)};
+  RegionFit fit = prior_region_fit();
+  fit.intensity = 0.3;
+  fit.single.amplitude = {0.067, 0.063, 0.053};
+  const Image1 first = estimate_intensity(burst, responses, {fit}).c.clone();
+  int other_rows = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const Image1 again = estimate_intensity(burst, responses, {fit}).c;
+    for (int y = 0; y < kSide_px; ++y) {
+      other_rows += std::memcmp(first[y], again[y], kSide_px * sizeof(float)) != 0;
+    }
+  }
+  EXPECT_EQ(other_rows, 0);
 }
 
 }  // namespace
