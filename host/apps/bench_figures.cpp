@@ -1,5 +1,7 @@
 #include "apps/bench_figures.h"
 
+#include <fmt/format.h>
+
 namespace lamella::apps {
 
 const std::vector<BenchFigure>& bench_figures() {
@@ -52,6 +54,10 @@ std::vector<double> figures_of(const Json& comparison) {
     values.push_back(sum / count);
   }
   return values;
+}
+
+std::string csv_number(double value) {
+  return std::isfinite(value) ? fmt::format("{:.6g}", value) : "";
 }
 
 }  // namespace lamella::apps

@@ -21,4 +21,7 @@ const std::vector<BenchFigure>& bench_figures();
 // By figure; NaN where `comparison` does not have it.
 std::vector<double> figures_of(const Json& comparison);
 
+// As it stands in a table for programs; nothing where it is not known.
+std::string csv_number(double value);
+
 }  // namespace lamella::apps

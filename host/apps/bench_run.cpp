@@ -58,10 +58,6 @@ void run_round(const Session& session, const fs::path& scratch, Progress* progre
   }
 }
 
-std::string csv_number(double value) {
-  return std::isfinite(value) ? fmt::format("{:.6g}", value) : "";
-}
-
 double least(const std::vector<double>& values) {
   return *std::min_element(values.begin(), values.end());
 }

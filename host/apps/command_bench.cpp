@@ -1,9 +1,12 @@
-// lamella bench SESSION: what each knob of the fit costs and what it brings.
+// lamella bench SESSION: what each knob of the fit costs and what it brings, and what an error
+// would be at the least.
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <memory>
 
 #include "apps/bench_chart.h"
+#include "apps/bench_floor.h"
 #include "apps/bench_run.h"
 #include "apps/commands.h"
 #include "apps/process_interrupt.h"
@@ -19,14 +22,15 @@ namespace {
 
 struct BenchArguments {
   fs::path session, out;
-  std::vector<std::string> knobs;
+  std::vector<std::string> knobs, floors, quieter;
   int rounds = 3;
   bool json = false;
 };
 
-std::vector<Knob> chosen_knobs(const std::vector<std::string>& names) {
+// All of them, unless there is something else to do.
+std::vector<Knob> chosen_knobs(const std::vector<std::string>& names, bool has_floors) {
   const std::vector<Knob> all = bench_knobs();
-  if (names.empty()) return all;
+  if (names.empty()) return has_floors ? std::vector<Knob>() : all;
   std::vector<Knob> chosen;
   for (const std::string& name : names) {
     const auto at =
@@ -41,42 +45,110 @@ std::vector<Knob> chosen_knobs(const std::vector<std::string>& names) {
   return chosen;
 }
 
-void run_bench_command(const BenchArguments& args) {
-  const std::vector<Knob> knobs = chosen_knobs(args.knobs);
-  abandon_outputs_on_interrupt();
-  const Session session = read_session(args.session);
-  clear_half_written_beside(args.out);
-  WholeFolder folder(args.out, "bench.json");
+FloorPlan floor_plan(const BenchArguments& args) {
+  FloorPlan plan{figures_named(args.floors), {}, args.rounds};
+  if (plan.figures.empty() && !args.quieter.empty()) {
+    throw_bad_input("--quieter", "is of --floor", "give --floor with it");
+  }
+  for (const std::string& folder : args.quieter) plan.quieter.push_back(read_session(folder));
+  return plan;
+}
+
+// Where nothing is to be kept, files lie in the system's temporary folder meanwhile.
+fs::path place_of(const BenchArguments& args) {
+  if (!args.out.empty()) return args.out;
+  if (args.floors.empty()) throw_bad_input("--out", "is needed", "name a folder for the tables");
+  return fs::temp_directory_path() / fmt::format("lamella-bench-{}", getpid());
+}
+
+struct BenchResult {
   Bench bench;
-  folder.blame_place([&] {
-    bench = run_bench(session, knobs, args.rounds, folder.path() / "fit");
+  std::vector<Floor> floors;
+};
+
+v1::Bench message_from_result(const BenchResult& result, const Session& session) {
+  v1::Bench message = message_from_bench(result.bench, session);
+  for (const Floor& floor : result.floors) *message.add_floors() = message_from_floor(floor);
+  return message;
+}
+
+// Returns the names of the files.
+std::string write_tables(const BenchResult& result, const std::vector<Knob>& knobs,
+                         const Session& session, const fs::path& folder) {
+  write_json(folder / "bench.json", message_from_result(result, session), Defaults::kWritten);
+  std::string names = "bench.json";
+  if (!knobs.empty()) {
     const std::string title = fmt::format("{}, {} x {} pixels", one_line(session.subject),
                                           session.left.width, session.left.height);
-    write_whole_text(folder.path() / "bench.csv", bench_csv(bench));
-    write_json(folder.path() / "bench.json", message_from_bench(bench, session),
-               Defaults::kWritten);
-    write_whole_text(folder.path() / "bench.svg", bench_chart(bench, knobs, title));
+    write_whole_text(folder / "bench.csv", bench_csv(result.bench));
+    write_whole_text(folder / "bench.svg", bench_chart(result.bench, knobs, title));
+    names += ", bench.csv, bench.svg";
+  }
+  if (!result.floors.empty()) {
+    write_whole_text(folder / "floor.csv", floor_csv(result.floors));
+    names += ", floor.csv";
+  }
+  return names;
+}
+
+void run_bench_command(const BenchArguments& args) {
+  const FloorPlan plan = floor_plan(args);
+  const std::vector<Knob> knobs = chosen_knobs(args.knobs, !plan.figures.empty());
+  const fs::path place = place_of(args);
+  abandon_outputs_on_interrupt();
+  const Session session = read_session(args.session);
+  require_quieter(plan, session);
+  clear_half_written_beside(place);
+  WholeFolder folder(place, "bench.json");
+  BenchResult result;
+  std::string written;
+  folder.blame_place([&] {
+    result.bench =
+        run_bench(session, knobs, knobs.empty() ? 1 : args.rounds, folder.path() / "fit");
+    if (!plan.figures.empty()) {
+      result.floors =
+          run_floors(session, plan, result.bench.default_figures, folder.path() / "floor");
+    }
+    if (args.out.empty()) return;
+    written = write_tables(result, knobs, session, folder.path());
     folder.commit();
   });
   if (args.json) {
-    fmt::print("{}\n", to_json(message_from_bench(bench, session), Defaults::kWritten));
-  } else {
-    fmt::print("{}\nwrote {}: bench.csv, bench.json, bench.svg\n", bench_table(bench),
-               args.out.string());
+    fmt::print("{}\n", to_json(message_from_result(result, session), Defaults::kWritten));
+    return;
   }
+  if (!knobs.empty()) fmt::print("{}\n", bench_table(result.bench));
+  if (!result.floors.empty()) fmt::print("{}\n", floor_table(result.floors));
+  if (!written.empty()) fmt::print("wrote {}: {}\n", args.out.string(), written);
 }
 
 }  // namespace
 
 void add_bench(const Command& app, int* exit_code) {
   auto args = std::make_shared<BenchArguments>();
-  const Command command =
-      app.add_command("bench", "Seconds of a fit against its error, for every knob");
+  const Command command = app.add_command(
+      "bench", "Seconds of a fit against its error, for every knob, and that error's floor");
   command.add_option("session", args->session, "Session folder with its truth").required();
-  command.add_option("--out", args->out, "Folder for bench.csv, bench.json and bench.svg")
-      .required();
-  command.add_option("--knob", args->knobs, "This one alone [all of them]; may be repeated");
-  command.add_option("--rounds", args->rounds, "Fits of every setting, by turns")
+  command.add_option("--out", args->out,
+                     "Folder for bench.csv, bench.json and bench.svg; --floor does without, or "
+                     "writes floor.csv");
+  command.add_option("--knob", args->knobs,
+                     "This one alone [all of them; with --floor, none]; may be repeated");
+  command.add_option(
+      "--floor", args->floors,
+      "The least that this error can be, FIGURE a column of bench.csv, or all: the same estimator "
+      "with everything else from the session's truth. In the session's own photographs, and with "
+      "normal deviates added to them that make the variance of the cameras' stated noise 2 and 4 "
+      "times what it was; what error a law of squares through these leaves without noise is told. "
+      "A floor of which noise makes less than half (of the square) is named as the model's error; "
+      "a fit within 1.2 of any other has reached it. May be repeated");
+  command.add_option(
+      "--quieter", args->quieter,
+      "Of --floor: session of the same subject with less noise (`lamella twin --noise 0`), "
+      "measured too; may be repeated");
+  command
+      .add_option("--rounds", args->rounds,
+                  "Fits of every setting, by turns; draws of the noise that --floor adds")
       .within(1, 100)
       .shows_default();
   command.add_flag("--json", args->json, "Report as JSON: bench.json");

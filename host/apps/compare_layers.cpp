@@ -180,13 +180,14 @@ Json g_figures(const v1::SingleGlobal& found, const v1::SingleGlobal& truth) {
 
 void compare_layers(ComparedMaps* maps, const v1::Layers& truth, Json* figures) {
   const v1::Layers found = read_layers(maps->found_folder / "layers.json");
-  Json& regions = (*figures)["regions"] = Json::object();
+  Json regions = Json::object();
   for (const v1::Region& true_region : truth.regions()) {
     const v1::Region* same = region_named(found, true_region.name());
     if (!same) maps->problems.push_back("layers.json: no region " + true_region.name());
     regions[true_region.name()] = same ? region_figures(*same, true_region) : Json::object();
   }
   add_profiles(maps, found, truth, &regions);
+  (*figures)["regions"] = regions;
   if (found.single().g_size() > 0) (*figures)["g"] = g_figures(found.single(), truth.single());
   (*figures)["timings_s"] = (*figures)["checks"] = nullptr;
   for (const auto& [name, value] : found.timings_s()) (*figures)["timings_s"][name] = value;

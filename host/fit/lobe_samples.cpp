@@ -116,6 +116,7 @@ struct Sampler {
           entered = true;
           field.enter_pixel(y, x, &cell);
           LobeSample s;
+          s.pixel = {x, y};
           s.region = uint8_t(label - 1);
           s.block = uint8_t((y / kBlockPx * 3 + x / kBlockPx) % kBlocks);
           add_front(y, x, &s);

@@ -34,6 +34,7 @@ struct SamplingPlan {
 };
 
 struct LobeSample {
+  cv::Point pixel;
   uint8_t region = 0;               // label - 1
   uint8_t block = 0;                // of the jackknife
   float cos_h = 0;                  // n.h under the projector

@@ -137,10 +137,12 @@ void invert_pixels(const DiffuseField& field, Normals* n) {
   });
 }
 
+}  // namespace
+
 // Depth was carried over gaps along rough normals, shadows and all: do it again with better ones,
 // and let them speak too where the projector's light is weak.
-void refill(const Burst& burst, const Image3& normal, const Image1& distance_mm,
-            Geometry* geometry) {
+void merge_with_normals(const Burst& burst, const Image3& normal, Geometry* geometry) {
+  const Image1 distance_mm = distances(burst, geometry->scene_mm);
   const Mask sure = geometry->sigma_mm<kFilledSigmaMm, labelled = burst.regions> 0;
   DepthMap depth{distance_mm.clone(), geometry->sigma_mm, Image1(), pixel_size_mm(burst)};
   depth.distance_mm.setTo(kNaN, ~(sure & labelled));
@@ -158,8 +160,6 @@ void refill(const Burst& burst, const Image3& normal, const Image1& distance_mm,
     }
   }
 }
-
-}  // namespace
 
 Normals estimate_normals(const Burst& burst, Geometry* geometry) {
   Normals n;
@@ -186,7 +186,7 @@ Normals estimate_normals(const Burst& burst, Geometry* geometry) {
     occlusion = occlusion_at_nodes(around, stage, geometry->position_mm, normal_at_nodes, moments);
   }
   invert_pixels(field, &n);
-  refill(burst, n.diffuse[1], distance_mm, geometry);
+  merge_with_normals(burst, n.diffuse[1], geometry);
   n.specular = add_specular_detail(burst, {geometry->to_camera, distance_mm, px_mm}, n.diffuse[2]);
   n.specular_confidence = n.diffuse_confidence.clone();
   return n;

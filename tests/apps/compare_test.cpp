@@ -291,6 +291,21 @@ TEST(Compare, OfARegionOfAnyNameGivesTheFiguresAndShowsTheNameSoThatNoTerminalOb
   EXPECT_EQ(outcome.out.find('\x1b'), std::string::npos);
 }
 
+TEST(Compare, GivesTheFiguresOfRegionsWhateverMapsTheFitHas) {
+  const Folder folder;
+  v1::Layers layers = some_layers();
+  for (int c = 0; c < 3; ++c) layers.mutable_single()->add_g(0.65);
+  write_fit(folder / "truth", some_maps(), layers);
+  write_fit(folder / "fit", some_maps(), layers);
+  for (const char* map : {"deep_ld", "deep_alpha", "deep_albedo", "shallow_albedo", "single_albedo",
+                          "specular_intensity", "normal_diffuse", "normal_specular", "position"}) {
+    fs::remove(folder / (std::string("fit/") + map + ".exr"));
+    const Json figures = compare_folders(folder / "fit", folder / "truth");
+    EXPECT_EQ(figures["summary"]["p_L1_mean"], 0.0);
+    EXPECT_EQ(figures["regions"]["skin"]["gaussian_m_abs_error"], 0.0);
+  }
+}
+
 TEST(Compare, ExitsWithOneAndSaysWhichMapIsMissing) {
   expect_problem(compare_spoilt([](const fs::path& fit) { fs::remove(fit / "position.exr"); }),
                  "missing position.exr");
