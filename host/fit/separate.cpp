@@ -4,6 +4,7 @@
 #include "base/parallel.h"
 #include "fit/diffuse_total.h"
 #include "fit/scattering.h"
+#include "fit/share_detail.h"
 #include "fit/stripe_shape.h"
 #include "fit/surface_pattern.h"
 
@@ -12,9 +13,10 @@ namespace lamella::fit {
 namespace {
 
 constexpr float kShadow = 1e-3f;  // FRONT - BLACK below this is shadow
-constexpr float kStripeModelError =
-    0.01f;                          // of FRONT - BLACK: what a planar, even surface leaves out
+// Of FRONT - BLACK, squared: what a planar, even surface leaves out.
+constexpr float kModelVariance = 0.01f * 0.01f;
 constexpr double kShapeRidge = 10;  // the kernel that gives the stripes their shape
+constexpr double kDetail_mm = 2;    // what shares differ by within this may be noise
 constexpr int kPhaseWindow_px = 3;
 constexpr float kPhaseError_turns = 0.06f;  // on the flanks a sample tells phase more than swing
 constexpr float kLeastOfRegion = 0.4f;      // of the region's swing
@@ -97,27 +99,35 @@ class Stripes {
     return sum;
   }
 
-  // A/(FRONT - BLACK) of one pixel, and its variance: the swing of the region's shape that is
-  // nearest to four samples, from where the region's own swing would have it.
-  cv::Vec2f swing(int y, int x, int channel, const StripeShape& shape) const {
+  struct Swing {
+    float share;           // A/(FRONT - BLACK)
+    float variance;        // with errors of phase and of the model
+    float noise_variance;  // of the camera's noise alone
+  };
+
+  // Of one pixel: the swing of the region's shape that is nearest to four samples, from where the
+  // region's own swing would have it.
+  Swing swing(int y, int x, int channel, const StripeShape& shape) const {
     const int row = StripeBins::row(frequency(y, x));
     const float lit = burst_.front_lit(y, x)[channel];
     const float prior = 1 / (kSwingSpread * kSwingSpread);
-    float top = shape.swing(row) * prior, bottom = prior;
+    float top = shape.swing(row) * prior, bottom = prior, noise = 0;
     if (lit > kShadow) {
       for (size_t k = 0; k < 4; ++k) {
         const int column = StripeBins::column(phase(y, x, int(k)));
         const float g = shape.at(row, column);
         const float value = burst_.stripes[k](y, x)[channel];
         const float off_phase = kPhaseError_turns * shape.slope(row, column);
-        const float weight = 1 / (relative_variance(value, lit) + off_phase * off_phase);
+        const float variance = relative_noise(value, lit);
+        const float weight = 1 / (variance + kModelVariance + off_phase * off_phase);
         top += weight * g * (value / lit - 0.5f);
         bottom += weight * g * g;
+        noise += weight * weight * g * g * variance;
       }
     }
     // Far below its region's: the phase is wrong, as at a silhouette, not the skin.
-    if (top / bottom < kLeastOfRegion * shape.swing(row)) return {shape.swing(row), 1 / prior};
-    return {std::min(top / bottom, 1.f), 1 / bottom};
+    if (top / bottom < kLeastOfRegion * shape.swing(row)) return {shape.swing(row), 1 / prior, 0};
+    return {std::min(top / bottom, 1.f), 1 / bottom, noise / (bottom * bottom)};
   }
 
  private:
@@ -132,10 +142,9 @@ class Stripes {
     return sum;
   }
 
-  float relative_variance(float value, float lit) const {
+  float relative_noise(float value, float lit) const {
     return (burst_.projector_noise.variance(value) + 0.25f * burst_.projector_noise.variance(lit)) /
-               (lit * lit) +
-           kStripeModelError * kStripeModelError;
+           (lit * lit);
   }
 
   void add_pixel(int y, int x, std::vector<BinsPerChannel>* bins) const {
@@ -147,7 +156,7 @@ class Stripes {
       for (size_t k = 0; k < 4; ++k) {
         const float value = burst_.stripes[k](y, x)[c];
         of_region[size_t(c)].add(f, phase(y, x, int(k)), value / lit - 0.5f,
-                                 1 / relative_variance(value, lit));
+                                 1 / (relative_noise(value, lit) + kModelVariance));
       }
     }
   }
@@ -192,6 +201,35 @@ double closure(const Burst& burst) {
   return count > 0 ? std::sqrt(sum / count) : 0;
 }
 
+// Shares of every pixel that is measured; the mean over the channels of their variance without the
+// noise's goes to `other_variance`.
+ShareMap shares_of(const Burst& burst, const Stripes& stripes, Image1* other_variance) {
+  const cv::Size size = burst.regions.size();
+  const Vec3 nowhere(kNaN, kNaN, kNaN);
+  ShareMap map{Image3(size, nowhere), Image3(size, nowhere)};
+  *other_variance = Image1(size, 0.f);
+  const Shapes shapes = shapes_of(stripes);
+  parallel_for(size.height, [&](int y) {
+    for (int x = 0; x < size.width; ++x) {
+      if (!stripes.measured(y, x)) continue;
+      for (int c = 0; c < 3; ++c) {
+        const StripeShape& shape = shapes[burst.regions(y, x) - 1u][size_t(c)];
+        const Stripes::Swing swing = stripes.swing(y, x, c, shape);
+        map.share(y, x)[c] = swing.share;
+        map.noise_variance(y, x)[c] = swing.noise_variance;
+        (*other_variance)(y, x) += std::max(0.f, swing.variance - swing.noise_variance) / 3;
+      }
+    }
+  });
+  return map;
+}
+
+// Odd, as a window is.
+int detail_px(const Camera& camera) {
+  const double px = kDetail_mm * camera.fx / camera.depth_mm({0, 0, 0});
+  return std::max(3, int(px)) | 1;
+}
+
 }  // namespace
 
 Separation separate_layers(const Burst& burst, const Geometry& geometry, const Normals& normals) {
@@ -204,20 +242,19 @@ Separation separate_layers(const Burst& burst, const Geometry& geometry, const N
   separation.closure_rms = closure(burst);
   Stripes stripes(burst, geometry, normals);
   stripes.find_offset();
-  const Shapes shapes = shapes_of(stripes);
+  Image1 other_variance;
+  ShareMap map = shares_of(burst, stripes, &other_variance);
+  remove_share_noise(burst.regions, int(burst.region_names.size()) - 1,
+                     detail_px(burst.session->left), &map);
   const DiffuseTotal total(burst, geometry, normals);
   parallel_for(size.height, [&](int y) {
     for (int x = 0; x < size.width; ++x) {
       if (!stripes.measured(y, x)) continue;
       const TotalAtPixel whole = total.from_both(y, x);
-      float variance = 0;
-      for (int c = 0; c < 3; ++c) {
-        const StripeShape& shape = shapes[burst.regions(y, x) - 1u][size_t(c)];
-        const cv::Vec2f swing = stripes.swing(y, x, c, shape);
-        separation.shallow_albedo(y, x)[c] = swing[0] * whole.albedo[c];
-        separation.deep_albedo(y, x)[c] = (1 - swing[0]) * whole.albedo[c];
-        variance += swing[1] / 3;
-      }
+      const Vec3 shallow = map.share(y, x);
+      separation.shallow_albedo(y, x) = shallow.mul(whole.albedo);
+      separation.deep_albedo(y, x) = (Vec3(1, 1, 1) - shallow).mul(whole.albedo);
+      const float variance = other_variance(y, x) + mean(map.noise_variance(y, x));
       const float relative = std::sqrt(variance + whole.sigma * whole.sigma);
       separation.confidence(y, x) = 1 / (1 + relative / 0.1f);
     }
