@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "apps/bench_chart_panels.h"
 #include "apps/bench_figures.h"
 #include "apps/chart_label.h"
 
@@ -13,20 +14,9 @@ namespace lamella::apps {
 
 namespace {
 
-constexpr double kPanelWidth = 560, kPanelHeight = 330, kPanelsTop = 132, kSide = 40;
-constexpr double kPanelLeft = 62, kPanelRight = 24, kAbove = 54, kBelow = 46;  // within a panel
+constexpr double kPanelsTop = 132, kSide = 40;
 constexpr double kLowest = 0.5, kHighest = 4;  // errors, of the default's: beyond is at the edge
 constexpr double kLeastRange = 1.25;
-constexpr const char* kDefault = "#b3362b";
-
-// Figures of the page, by their place in bench_figures().
-struct Curve {
-  size_t figure;
-  const char* colour;
-};
-constexpr Curve kCurves[] = {{1, "#2f6db3"}, {2, "#1b9a8f"},  {4, "#e0a23c"},
-                             {6, "#22262b"}, {7, "#8a5fb0"},  {8, "#3d8b3d"},
-                             {9, "#d0679d"}, {10, "#7a4a2b"}, {11, "#555f6b"}};
 
 struct Panel {
   double x, y;                     // its corner
@@ -39,7 +29,7 @@ struct Panel {
   double up(double error) const {
     const double share = std::log(std::clamp(error, least_error, most_error) / least_error) /
                          std::log(most_error / least_error);
-    return y + kPanelHeight - kBelow - (kPanelHeight - kAbove - kBelow) * share;
+    return y + kPanelHeight - kPanelBelow - (kPanelHeight - kPanelAbove - kPanelBelow) * share;
   }
 };
 
@@ -77,7 +67,7 @@ std::string axes(const Panel& p) {
                         "end");
   }
   const double step = p.most_seconds > 3 ? 1 : p.most_seconds > 1.5 ? 0.5 : 0.2;
-  const double bottom = p.y + kPanelHeight - kBelow;
+  const double bottom = p.y + kPanelHeight - kPanelBelow;
   for (double seconds = 0; seconds <= p.most_seconds; seconds += step) {
     text += chart_label(p.across(seconds), bottom + 18, fmt::format("{:g}", seconds), 11,
                         kChartFaint, "middle");
@@ -116,9 +106,9 @@ std::string values_of(const Panel& p, const Bench& bench,
                  half = 3.2 * double(point->value.size()) + 3;
     const int row = x - half > taken[0] ? 0 : x - half > taken[1] ? 1 : 2;
     taken[row] = x + half;
-    const double y = p.y + kAbove - 6 - 11 * row;
-    text += chart_label(x, y, point->value, 10.5, is_default(point->quality) ? kDefault : kChartInk,
-                        "middle");
+    const double y = p.y + kPanelAbove - 6 - 11 * row;
+    text += chart_label(x, y, point->value, 10.5,
+                        is_default(point->quality) ? kChartDefault : kChartInk, "middle");
   }
   return text;
 }
@@ -130,10 +120,7 @@ std::string panel(const Bench& bench, const Knob& knob, double x, double y) {
   text += chart_label(x + kPanelWidth - kPanelRight, y + 8, knob.meaning, 11.5, kChartFaint, "end");
   text += axes(p);
   for (const Curve& curve : kCurves) text += curve_of(p, bench, curve, points);
-  text += fmt::format(
-      "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"7\" fill=\"none\" stroke=\"{}\" "
-      "stroke-width=\"2\"/>\n",
-      p.across(1), p.up(1), kDefault);
+  text += default_ring(p.across(1), p.up(1));
   return text + values_of(p, bench, points);
 }
 
@@ -166,15 +153,16 @@ std::string head(const Bench& bench, const std::string& title) {
 
 std::string bench_chart(const Bench& bench, const std::vector<Knob>& knobs,
                         const std::string& title) {
-  const int columns = knobs.size() > 1 ? 2 : 1;
-  const int rows = (int(knobs.size()) + columns - 1) / columns;
+  const int panels = int(knobs.size()) + (bench.peers.empty() ? 0 : 1);
+  const int columns = panels > 1 ? 2 : 1, rows = (panels + columns - 1) / columns;
   const double width = 2 * kSide + 2 * kPanelWidth, height = kPanelsTop + rows * kPanelHeight + 20;
   std::string text = chart_head(width, height);
   text += head(bench, title);
-  for (size_t i = 0; i < knobs.size(); ++i) {
-    const int column = int(i) % columns, row = int(i) / columns;
-    text +=
-        panel(bench, knobs[i], kSide + column * kPanelWidth, kPanelsTop + 24 + row * kPanelHeight);
+  for (int i = 0; i < panels; ++i) {
+    const double x = kSide + i % columns * kPanelWidth;
+    const double y = kPanelsTop + 24 + i / columns * kPanelHeight;
+    text += size_t(i) < knobs.size() ? panel(bench, knobs[size_t(i)], x, y)
+                                     : peer_panel(bench.peers, x, y);
   }
   return text + "</svg>\n";
 }

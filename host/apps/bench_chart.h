@@ -1,5 +1,5 @@
 // The bench as one page (SVG): a panel a knob, seconds against error, both relative to the
-// default's.
+// default's; and one of peers.
 #pragma once
 
 #include "apps/bench_run.h"

@@ -60,4 +60,10 @@ std::string csv_number(double value) {
   return std::isfinite(value) ? fmt::format("{:.6g}", value) : "";
 }
 
+std::string with_unit(double value, const std::string& unit) {
+  if (!std::isfinite(value)) return "-";
+  if (unit.empty()) return fmt::format("{:.3g} %", 100 * value);
+  return fmt::format("{:.3g} {}", value, unit == "degrees" ? "deg" : unit);
+}
+
 }  // namespace lamella::apps

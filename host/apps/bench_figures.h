@@ -24,4 +24,7 @@ std::vector<double> figures_of(const Json& comparison);
 // As it stands in a table for programs; nothing where it is not known.
 std::string csv_number(double value);
 
+// For people: "3.54 %" where `unit` is "", a ratio; "-" where it is not known.
+std::string with_unit(double value, const std::string& unit);
+
 }  // namespace lamella::apps

@@ -99,15 +99,6 @@ void require_same_subject(const Session& quieter, const Session& session) {
   }
 }
 
-std::string share_text(double share) { return fmt::format("{:.3g} %", 100 * share); }
-
-std::string error_text(size_t figure, double value) {
-  if (!std::isfinite(value)) return "-";
-  const std::string unit = bench_figures()[figure].unit;
-  if (unit.empty()) return share_text(value);
-  return fmt::format("{:.3g} {}", value, unit == "degrees" ? "deg" : unit);
-}
-
 std::string reach_text(v1::BenchFloor::Verdict verdict) {
   switch (verdict) {
     case v1::BenchFloor::REACHED:
@@ -267,14 +258,15 @@ std::string floor_table(const std::vector<Floor>& floors) {
     if (given != floor.given) text += "with true " + floor.given + ":\n";
     given = floor.given;
     const NoiseLaw law = noise_law(floor.levels);
-    const auto shown = [&](double value) { return error_text(floor.figure, value); };
+    const auto shown = [&](double value) {
+      return with_unit(value, bench_figures()[floor.figure].unit);
+    };
     const auto known = [](double value, const std::string& text) {
       return std::isfinite(value) ? text : "-";
     };
     std::vector<std::string> cells{shown(floor.error), shown(floor.floor()),
                                    known(floor.ratio(), fmt::format("{:.2f}", floor.ratio())),
-                                   shown(law.model),
-                                   known(law.noise_share(), share_text(law.noise_share()))};
+                                   shown(law.model), with_unit(law.noise_share(), "")};
     for (const FloorLevel& level : floor.levels) {
       if (level.noise != 1) cells.push_back(shown(level.error()));
     }

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <optional>
+
 #include "apps/bench_figures.h"
 #include "apps/compare_folders.h"
 #include "base/error.h"
@@ -13,23 +15,19 @@ namespace lamella::apps {
 
 namespace {
 
-struct TimedFit {
-  double seconds;
-  std::vector<double> figures;
-};
-
-TimedFit fit_once(const Session& session, const fit::Quality& quality, const fs::path& scratch) {
+OurFit fit_once(const Session& session, const fit::Quality& quality, const fs::path& scratch) {
   fs::remove_all(scratch);
   fs::create_directory(scratch);
   const Stopwatch watch;
   const fit::LayeredFit fit =
       fit::fit_layers(session, fit::Step::kAlbedo, fit::LayerUse::kAuto, quality);
+  const double fitted = watch.seconds();
   write_layer_maps(scratch, fit.maps);
   write_json(scratch / "layers.json", fit.layers);
   const double seconds = watch.seconds();
   const std::vector<double> figures = figures_of(compare_folders(scratch, session.path / "truth"));
   fs::remove_all(scratch);
-  return {seconds, figures};
+  return {seconds, seconds - fitted, figures};
 }
 
 std::vector<BenchPoint> points_of(const std::vector<Knob>& knobs) {
@@ -44,14 +42,15 @@ std::vector<BenchPoint> points_of(const std::vector<Knob>& knobs) {
 
 // A fit of the default's settings is the default's: the same seconds and errors stand for both.
 void run_round(const Session& session, const fs::path& scratch, Progress* progress, int* done,
-               Bench* bench) {
-  const TimedFit standard = fit_once(session, {}, scratch);
+               PeerBench* peers, Bench* bench) {
+  const OurFit standard = fit_once(session, {}, scratch);
   progress->advance(++*done);
   bench->default_seconds.push_back(standard.seconds);
   bench->default_figures = standard.figures;
+  if (peers) peers->run_round(standard);
   for (BenchPoint& point : bench->points) {
     const bool same = is_default(point.quality);
-    const TimedFit fit = same ? standard : fit_once(session, point.quality, scratch);
+    const OurFit fit = same ? standard : fit_once(session, point.quality, scratch);
     if (!same) progress->advance(++*done);
     point.seconds.push_back(fit.seconds);
     point.figures = fit.figures;
@@ -70,20 +69,22 @@ double Bench::relative_seconds(const BenchPoint& point) const {
   return least(point.seconds) / default_least_seconds();
 }
 
-Bench run_bench(const Session& session, const std::vector<Knob>& knobs, int rounds,
-                const fs::path& scratch) {
+Bench run_bench(const Session& session, const BenchPlan& plan, const fs::path& scratch) {
   if (!fs::exists(session.path / "truth" / "layers.json")) {
     throw_bad_input((session.path / "truth").string(), "no truth to hold a fit against",
                     "take a session of `lamella twin`");
   }
-  Bench bench{{}, {}, points_of(knobs)};
+  Bench bench{{}, {}, points_of(plan.knobs), {}};
   const auto others = std::count_if(bench.points.begin(), bench.points.end(),
                                     [](const BenchPoint& p) { return !is_default(p.quality); });
-  Progress progress("fits", rounds * (1 + int(others)));
+  std::optional<PeerBench> peers;
+  if (plan.with_peers) peers.emplace(session, scratch.parent_path() / "peers");
+  Progress progress("fits", plan.rounds * (1 + int(others)));
   int done = 0;
-  for (int round = 0; round < rounds; ++round) {
-    run_round(session, scratch, &progress, &done, &bench);
+  for (int round = 0; round < plan.rounds; ++round) {
+    run_round(session, scratch, &progress, &done, peers ? &*peers : nullptr, &bench);
   }
+  if (peers) bench.peers = peers->peers();
   return bench;
 }
 
@@ -119,6 +120,7 @@ v1::Bench message_from_bench(const Bench& bench, const Session& session) {
       (*p->mutable_figures())[bench_figures()[i].name] = point.figures[i];
     }
   }
+  for (const Peer& peer : bench.peers) *out.add_peers() = message_from_peer(peer);
   return out;
 }
 

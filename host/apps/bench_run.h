@@ -2,6 +2,7 @@
 #pragma once
 
 #include "apps/bench_knobs.h"
+#include "apps/bench_peers.h"
 #include "apps/compare_statistics.h"
 #include "io/session.h"
 
@@ -20,16 +21,23 @@ struct Bench {
   std::vector<double> default_seconds;  // of every round
   std::vector<double> default_figures;
   std::vector<BenchPoint> points;
+  std::vector<Peer> peers;
 
   double default_least_seconds() const;
   double relative_seconds(const BenchPoint& point) const;  // of the default's
 };
 
-// Fits `session` once a round with every setting of `knobs` and with the defaults, all of a round
-// by turns, so that a machine that is slower for a while slows all of them; holds each against
-// `session`/truth. Fits lie in `scratch`, one at a time. Throws Error where there is no truth.
-Bench run_bench(const Session& session, const std::vector<Knob>& knobs, int rounds,
-                const fs::path& scratch);
+struct BenchPlan {
+  std::vector<Knob> knobs;
+  int rounds = 3;
+  bool with_peers = false;
+};
+
+// Fits `session` once a round with every setting of the knobs and with the defaults, and has the
+// peers do it, all of a round by turns, so that a machine that is slower for a while slows all of
+// them; holds each against `session`/truth. Fits lie in `scratch`, one at a time. Throws Error
+// where there is no truth.
+Bench run_bench(const Session& session, const BenchPlan& plan, const fs::path& scratch);
 
 // The table as text for programs. Columns have their units in their names.
 std::string bench_csv(const Bench& bench);

@@ -24,13 +24,11 @@ struct BenchArguments {
   fs::path session, out;
   std::vector<std::string> knobs, floors, quieter;
   int rounds = 3;
-  bool json = false;
+  bool peers = false, json = false;
 };
 
-// All of them, unless there is something else to do.
-std::vector<Knob> chosen_knobs(const std::vector<std::string>& names, bool has_floors) {
+std::vector<Knob> knobs_named(const std::vector<std::string>& names) {
   const std::vector<Knob> all = bench_knobs();
-  if (names.empty()) return has_floors ? std::vector<Knob>() : all;
   std::vector<Knob> chosen;
   for (const std::string& name : names) {
     const auto at =
@@ -43,6 +41,15 @@ std::vector<Knob> chosen_knobs(const std::vector<std::string>& names, bool has_f
     chosen.push_back(*at);
   }
   return chosen;
+}
+
+// Everything, unless something is asked for.
+BenchPlan bench_plan(const BenchArguments& args) {
+  if (args.knobs.empty() && args.floors.empty() && !args.peers) {
+    return {bench_knobs(), args.rounds, true};
+  }
+  const bool has_seconds = !args.knobs.empty() || args.peers;
+  return {knobs_named(args.knobs), has_seconds ? args.rounds : 1, args.peers};
 }
 
 FloorPlan floor_plan(const BenchArguments& args) {
@@ -73,16 +80,23 @@ v1::Bench message_from_result(const BenchResult& result, const Session& session)
 }
 
 // Returns the names of the files.
-std::string write_tables(const BenchResult& result, const std::vector<Knob>& knobs,
-                         const Session& session, const fs::path& folder) {
+std::string write_tables(const BenchResult& result, const BenchPlan& plan, const Session& session,
+                         const fs::path& folder) {
   write_json(folder / "bench.json", message_from_result(result, session), Defaults::kWritten);
   std::string names = "bench.json";
-  if (!knobs.empty()) {
+  if (!plan.knobs.empty()) {
+    write_whole_text(folder / "bench.csv", bench_csv(result.bench));
+    names += ", bench.csv";
+  }
+  if (plan.with_peers) {
+    write_whole_text(folder / "peers.csv", peer_csv(result.bench.peers));
+    names += ", peers.csv";
+  }
+  if (!plan.knobs.empty() || plan.with_peers) {
     const std::string title = fmt::format("{}, {} x {} pixels", one_line(session.subject),
                                           session.left.width, session.left.height);
-    write_whole_text(folder / "bench.csv", bench_csv(result.bench));
-    write_whole_text(folder / "bench.svg", bench_chart(result.bench, knobs, title));
-    names += ", bench.csv, bench.svg";
+    write_whole_text(folder / "bench.svg", bench_chart(result.bench, plan.knobs, title));
+    names += ", bench.svg";
   }
   if (!result.floors.empty()) {
     write_whole_text(folder / "floor.csv", floor_csv(result.floors));
@@ -92,32 +106,32 @@ std::string write_tables(const BenchResult& result, const std::vector<Knob>& kno
 }
 
 void run_bench_command(const BenchArguments& args) {
-  const FloorPlan plan = floor_plan(args);
-  const std::vector<Knob> knobs = chosen_knobs(args.knobs, !plan.figures.empty());
+  const FloorPlan floors = floor_plan(args);
+  const BenchPlan plan = bench_plan(args);
   const fs::path place = place_of(args);
   abandon_outputs_on_interrupt();
   const Session session = read_session(args.session);
-  require_quieter(plan, session);
+  require_quieter(floors, session);
   clear_half_written_beside(place);
   WholeFolder folder(place, "bench.json");
   BenchResult result;
   std::string written;
   folder.blame_place([&] {
-    result.bench =
-        run_bench(session, knobs, knobs.empty() ? 1 : args.rounds, folder.path() / "fit");
-    if (!plan.figures.empty()) {
+    result.bench = run_bench(session, plan, folder.path() / "fit");
+    if (!floors.figures.empty()) {
       result.floors =
-          run_floors(session, plan, result.bench.default_figures, folder.path() / "floor");
+          run_floors(session, floors, result.bench.default_figures, folder.path() / "floor");
     }
     if (args.out.empty()) return;
-    written = write_tables(result, knobs, session, folder.path());
+    written = write_tables(result, plan, session, folder.path());
     folder.commit();
   });
   if (args.json) {
     fmt::print("{}\n", to_json(message_from_result(result, session), Defaults::kWritten));
     return;
   }
-  if (!knobs.empty()) fmt::print("{}\n", bench_table(result.bench));
+  if (!plan.knobs.empty()) fmt::print("{}\n", bench_table(result.bench));
+  if (plan.with_peers) fmt::print("{}\n", peer_table(result.bench.peers));
   if (!result.floors.empty()) fmt::print("{}\n", floor_table(result.floors));
   if (!written.empty()) fmt::print("wrote {}: {}\n", args.out.string(), written);
 }
@@ -129,11 +143,18 @@ void add_bench(const Command& app, int* exit_code) {
   const Command command = app.add_command(
       "bench", "Seconds of a fit against its error, for every knob, and that error's floor");
   command.add_option("session", args->session, "Session folder with its truth").required();
-  command.add_option("--out", args->out,
-                     "Folder for bench.csv, bench.json and bench.svg; --floor does without, or "
-                     "writes floor.csv");
-  command.add_option("--knob", args->knobs,
-                     "This one alone [all of them; with --floor, none]; may be repeated");
+  command.add_option(
+      "--out", args->out,
+      "Folder for bench.json, bench.csv, peers.csv, floor.csv and bench.svg; --floor "
+      "does without");
+  command.add_option(
+      "--knob", args->knobs,
+      "This one alone [all of them; with --peers or --floor, none]; may be repeated");
+  command.add_flag(
+      "--peers", args->peers,
+      "Peers alone, which a bench of everything has too: the paper in NumPy against the "
+      "whole fit, SciPy's solvers against ours on the same profiles, where this "
+      "machine's python3 has them");
   command.add_option(
       "--floor", args->floors,
       "The least that this error can be, FIGURE a column of bench.csv, or all: the same estimator "

@@ -11,6 +11,7 @@ namespace lamella::fit {
 
 namespace {
 
+constexpr double kLeastLit = 0.25;           // of a dot's pixels, in a channel
 constexpr float kDarkestDot = 0.003f;        // FRONT - BLACK below this says little
 constexpr float kSmallestDotCosine = 0.35f;  // beyond, a dot is not on a plane any more
 constexpr float kDotModelError = 0.01f;      // of FRONT - BLACK
@@ -155,6 +156,19 @@ std::vector<Dot> measure_dots(const Burst& burst, const Geometry& geometry,
     }
   });
   return dots;
+}
+
+RegionEquations equations_of_region(const std::vector<Dot>& dots, int label) {
+  RegionEquations equations;
+  for (const Dot& dot : dots) {
+    if (dot.label != label) continue;
+    for (size_t c = 0; c < 3; ++c) {
+      if (dot.equations[c].count > kLeastLit * dot.pixels) {
+        equations[c].push_back(&dot.equations[c]);
+      }
+    }
+  }
+  return equations;
 }
 
 }  // namespace lamella::fit

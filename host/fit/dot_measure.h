@@ -19,4 +19,8 @@ struct Dot {
 // equations.
 std::vector<Dot> measure_dots(const Burst& burst, const Geometry& geometry, const Normals& normals);
 
+// Per channel, of the dots on region `label` that have enough light in it.
+using RegionEquations = std::array<std::vector<const KernelEquations*>, 3>;
+RegionEquations equations_of_region(const std::vector<Dot>& dots, int label);
+
 }  // namespace lamella::fit

@@ -12,11 +12,6 @@ namespace lamella::fit {
 
 namespace {
 
-constexpr double kLeastLit = 0.25;      // of a dot's pixels, in a channel
-constexpr double kOffsetSigma = 0.003;  // of the black level, relative to FRONT - BLACK
-// Pull of the exponential kernel: weak, it lets the tail be what the dots say; strong, it shows how
-// much of the tail they leave open.
-constexpr double kTailRidge = 3, kStiffRidge = 300;
 constexpr int kJackknifeGroups = 8;
 // Of how far a pull a hundred times as stiff moves l_d: what the pull itself does to it, by twins.
 constexpr double kPullShare = 1.0 / 3;
@@ -251,13 +246,7 @@ Scattering fit_scattering(const Burst& burst, const Geometry& geometry, const No
   const double blur_mm = footprint_mm(burst.session->left, burst.session->projector);
   parallel_for(int(scattering.regions.size()), [&](int i) {
     RegionScattering& region = scattering.regions[size_t(i)];
-    std::array<std::vector<const KernelEquations*>, 3> own;
-    for (const Dot& dot : dots) {
-      if (dot.label != i + 1) continue;
-      for (size_t c = 0; c < 3; ++c) {
-        if (dot.equations[c].count > kLeastLit * dot.pixels) own[c].push_back(&dot.equations[c]);
-      }
-    }
+    const RegionEquations own = equations_of_region(dots, i + 1);
     if (own[0].empty() || own[1].empty() || own[2].empty()) return;
     region.dots = int(own[1].size());
     region.deep_fitted = region.shallow_fitted = true;

@@ -34,37 +34,6 @@ BasisVector solve_free(const BasisMatrix& a, const BasisVector& b,
   return m.ldlt().solve(v);
 }
 
-// The same over x >= 0 (Lawson and Hanson 1974): frees the unknown with the steepest descent,
-// solves, and puts those that turn negative back to 0.
-BasisVector solve_not_negative(const BasisMatrix& a, const BasisVector& b) {
-  BasisVector x = BasisVector::Zero();
-  std::array<bool, kSize> free{};
-  const double tolerance = 1e-10 * b.cwiseAbs().maxCoeff();
-  for (int round = 0; round < 3 * kSize; ++round) {
-    const BasisVector descent = b - a * x;
-    int steepest = -1;
-    for (int j = 0; j < kSize; ++j) {
-      if (free[size_t(j)] || descent(j) <= tolerance) continue;
-      if (steepest < 0 || descent(j) > descent(steepest)) steepest = j;
-    }
-    if (steepest < 0) break;
-    free[size_t(steepest)] = true;
-    for (int inner = 0; inner < kSize; ++inner) {
-      const BasisVector to = solve_free(a, b, free);
-      double step = 1;
-      for (int j = 0; j < kSize; ++j) {
-        if (free[size_t(j)] && to(j) <= 0) step = std::min(step, x(j) / (x(j) - to(j)));
-      }
-      x += step * (to - x);
-      if (step >= 1) break;
-      for (int j = 0; j < kSize; ++j) {
-        if (free[size_t(j)] && x(j) <= 1e-15) x(j) = 0, free[size_t(j)] = false;
-      }
-    }
-  }
-  return x;
-}
-
 Eigen::Map<const BasisVector> as_vector(const Weights& weights) {
   return Eigen::Map<const BasisVector>(weights.data());
 }
@@ -106,6 +75,37 @@ double KernelEquations::cost(const Vector& unknowns) const {
   return unknowns.dot(left * unknowns) - 2 * right.dot(unknowns) + square;
 }
 
+// Frees the unknown with the steepest descent, solves, and puts those that turn negative back to 0.
+BasisVector solve_program(const KernelProgram& program) {
+  const auto& [a, b] = program;
+  BasisVector x = BasisVector::Zero();
+  std::array<bool, kSize> free{};
+  const double tolerance = 1e-10 * b.cwiseAbs().maxCoeff();
+  for (int round = 0; round < 3 * kSize; ++round) {
+    const BasisVector descent = b - a * x;
+    int steepest = -1;
+    for (int j = 0; j < kSize; ++j) {
+      if (free[size_t(j)] || descent(j) <= tolerance) continue;
+      if (steepest < 0 || descent(j) > descent(steepest)) steepest = j;
+    }
+    if (steepest < 0) break;
+    free[size_t(steepest)] = true;
+    for (int inner = 0; inner < kSize; ++inner) {
+      const BasisVector to = solve_free(a, b, free);
+      double step = 1;
+      for (int j = 0; j < kSize; ++j) {
+        if (free[size_t(j)] && to(j) <= 0) step = std::min(step, x(j) / (x(j) - to(j)));
+      }
+      x += step * (to - x);
+      if (step >= 1) break;
+      for (int j = 0; j < kSize; ++j) {
+        if (free[size_t(j)] && x(j) <= 1e-15) x(j) = 0, free[size_t(j)] = false;
+      }
+    }
+  }
+  return x;
+}
+
 Weights exponential_kernel(double l_mm) {
   constexpr int kRings = 120;
   BasisMatrix a = BasisMatrix::Zero();
@@ -119,7 +119,7 @@ Weights exponential_kernel(double l_mm) {
     a.noalias() += weight * row * row.transpose();
     b += weight * y * row;
   }
-  const BasisVector x = solve_not_negative(a, b);
+  const BasisVector x = solve_program({a, b});
   Weights weights;
   for (int j = 0; j < kSize; ++j) weights[size_t(j)] = x(j) / x.sum();
   return weights;
@@ -137,7 +137,7 @@ double WeightEquations::offset(const BasisVector& weights) const {
   return (right_ - coupling_.dot(weights)) / stiffness_;
 }
 
-Kernel solve_kernel(const KernelEquations& equations, double offset_sigma, double ridge) {
+KernelProgram kernel_program(const KernelEquations& equations, double offset_sigma, double ridge) {
   const WeightEquations reduced(equations, offset_sigma);
   const double scale = kSamples / std::max(equations.count, 1.0);
   const BasisMatrix h = scale * reduced.a;
@@ -151,14 +151,17 @@ Kernel solve_kernel(const KernelEquations& equations, double offset_sigma, doubl
                         [&](const Weights& a, const Weights& b) { return cost(a) < cost(b); }));
   const BasisVector pull = ridge * (prior.array() + kRidgeFloor).square().inverse();
   const double sum_weight = kSumWeight * h.trace() / kSize;
-  BasisMatrix a = h;
-  a.array() += sum_weight;
-  a.diagonal() += pull;
-  const BasisVector x =
-      solve_not_negative(a, g + pull.cwiseProduct(prior) + BasisVector::Constant(sum_weight));
+  KernelProgram program{h, g + pull.cwiseProduct(prior) + BasisVector::Constant(sum_weight)};
+  program.a.array() += sum_weight;
+  program.a.diagonal() += pull;
+  return program;
+}
+
+Kernel solve_kernel(const KernelEquations& equations, double offset_sigma, double ridge) {
+  const BasisVector x = solve_program(kernel_program(equations, offset_sigma, ridge));
   Kernel kernel;
   for (int j = 0; j < kSize; ++j) kernel.weight[size_t(j)] = x(j) / x.sum();
-  kernel.offset = reduced.offset(as_vector(kernel.weight));
+  kernel.offset = WeightEquations(equations, offset_sigma).offset(as_vector(kernel.weight));
   KernelEquations::Vector all;
   all << as_vector(kernel.weight), kernel.offset;
   kernel.cost = equations.cost(all);

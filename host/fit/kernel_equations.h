@@ -45,6 +45,15 @@ struct WeightEquations {
   Vector coupling_;
 };
 
+// Least x'ax - 2b'x over x not negative.
+struct KernelProgram {
+  WeightEquations::Matrix a;
+  WeightEquations::Vector b;
+};
+
+// By freeing one unknown after the other (Lawson and Hanson 1974).
+WeightEquations::Vector solve_program(const KernelProgram& program);
+
 struct Kernel {
   std::array<double, GaussianBasis::kSize> weight{};  // not negative, sum 1
   double offset = 0;
@@ -59,5 +68,14 @@ GaussianBasis::Weights exponential_kernel(double l_mm);
 // equations leave open is as in the exponential kernel that explains them best; `ridge` is how
 // strongly it pulls.
 Kernel solve_kernel(const KernelEquations& equations, double offset_sigma, double ridge);
+
+// What that solves, the sum of 1 as one more equation that is much stiffer than the data.
+KernelProgram kernel_program(const KernelEquations& equations, double offset_sigma, double ridge);
+
+// Of dots.
+inline constexpr double kOffsetSigma = 0.003;  // of the black level, relative to FRONT - BLACK
+// Pull of the exponential kernel: weak, it lets the tail be what the dots say; strong, it shows how
+// much of the tail they leave open.
+inline constexpr double kTailRidge = 3, kStiffRidge = 300;
 
 }  // namespace lamella::fit
