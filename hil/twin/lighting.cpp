@@ -102,8 +102,11 @@ std::vector<Vec3> led_irradiance(const Surface& surface, const LedVisibility& vi
   return irradiance;
 }
 
-PointLight::PointLight(const Surface& surface, const Vec3& position_mm)
-    : surface_(surface), position_mm_(position_mm), vertex_irradiance_(surface.size()) {
+PointLight::PointLight(const Surface& surface, const Vec3& position_mm, double distance_of_one_mm)
+    : surface_(surface),
+      position_mm_(position_mm),
+      distance_of_one_mm_(float(distance_of_one_mm)),
+      vertex_irradiance_(surface.size()) {
   parallel_for(
       surface.rows,
       [&](int row) {
@@ -120,7 +123,7 @@ PointLight::PointLight(const Surface& surface, const Vec3& position_mm)
 
 float PointLight::strength(const Vec3& x_mm) const {
   const Vec3 to_light = position_mm_ - x_mm;
-  return dot(position_mm_, position_mm_) / dot(to_light, to_light);
+  return distance_of_one_mm_ * distance_of_one_mm_ / dot(to_light, to_light);
 }
 
 bool PointLight::sees(const Vec3& x_mm, const Vec3& normal) const {

@@ -55,8 +55,12 @@ std::vector<Vec3> led_irradiance(const Surface& surface, const LedVisibility& vi
 // A light at one place: the projector, or a bare point.
 class PointLight {
  public:
-  // `position_mm`; radiance of a white surface at the origin that faces it is 1.
-  PointLight(const Surface& surface, const Vec3& position_mm);
+  // At `position_mm`; a white surface that faces it has radiance 1 from as far as the origin is.
+  PointLight(const Surface& surface, const Vec3& position_mm)
+      : PointLight(surface, position_mm, double(length(position_mm))) {}
+
+  // The same with the distance from which that radiance is 1.
+  PointLight(const Surface& surface, const Vec3& position_mm, double distance_of_one_mm);
 
   // Unit direction from `x_mm` to the light, and what a white surface there shows facing it.
   Vec3 direction(const Vec3& x_mm) const { return unit(position_mm_ - x_mm); }
@@ -71,6 +75,7 @@ class PointLight {
  private:
   const Surface& surface_;
   Vec3 position_mm_;
+  float distance_of_one_mm_;
   std::vector<float> vertex_irradiance_;
 };
 

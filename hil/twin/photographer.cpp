@@ -10,6 +10,8 @@ namespace lamella::twin {
 
 namespace {
 
+const Vec3 kDriftDirection = unit({0.7f, -0.6f, 0.4f});
+
 // Sessions of another skin than the usual say so in their subject.
 std::string described(const Photographer::Options& options) {
   return options.skin == "layered" ? options.subject : options.subject + "-" + options.skin;
@@ -17,30 +19,56 @@ std::string described(const Photographer::Options& options) {
 
 }  // namespace
 
-Photographer::Photographer(const Options& options)
-    : rig_(make_rig(described(options), options.scale, options.noise)),
-      subject_(make_subject(options.subject, options.seed)),
-      skins_(facial_skins(options.seed, skin_kind(options.skin))),
-      profiles_(walk_skins(skins_, options.photons, options.seed)),
-      surface_(make_surface(subject_, options.spacing_mm)) {
-  visibility_ = std::make_unique<LedVisibility>(surface_, rig_.stage.leds());
-  projector_ = std::make_unique<PointLight>(surface_, Vec3(rig_.projector.centre_mm()));
-  find_pattern_places();
-  diffusion_ = std::make_unique<Diffusion>(surface_, profiles_);
-  for (size_t k = 0; k < skins_.size(); ++k) {
-    loss_.emplace_back(skins_[k].roughness);
-    for (int c = 0; c < 3; ++c) single_albedo_[k][c] = single_albedo(skins_[k], c);
+Photographer::Body::Body(const Options& options, const std::vector<Led>& leds)
+    : subject(make_subject(options.subject, options.seed)),
+      skins(facial_skins(options.seed, skin_kind(options.skin))),
+      profiles(walk_skins(skins, options.photons, options.seed)),
+      surface(make_surface(subject, options.spacing_mm)),
+      visibility(surface, leds),
+      diffusion(surface, profiles) {
+  for (size_t k = 0; k < skins.size(); ++k) {
+    loss.emplace_back(skins[k].roughness);
+    for (int c = 0; c < 3; ++c) single_albedo[k][c] = twin::single_albedo(skins[k], c);
   }
+}
+
+Photographer::Photographer(std::shared_ptr<const Body> body, Session rig,
+                           double projector_distance_mm)
+    : body_(std::move(body)),
+      rig_(std::move(rig)),
+      projector_distance_mm_(projector_distance_mm),
+      projector_(std::make_unique<PointLight>(surface(), Vec3(rig_.projector.centre_mm()),
+                                              projector_distance_mm)) {
+  find_pattern_places();
   left_ = see(rig_.left);
   right_ = see(*rig_.right);
 }
 
+Photographer Photographer::at_rest(const Options& options) {
+  Session rig = make_rig(described(options), options.scale, options.noise);
+  auto body = std::make_shared<const Body>(options, rig.stage.leds());
+  const double distance_mm = cv::norm(rig.projector.centre_mm());
+  return {std::move(body), std::move(rig), distance_mm};
+}
+
+Photographer::Photographer(const Options& options) : Photographer(at_rest(options)) {}
+
+void Photographer::set_drift(double mm) { drift_mm_ = kDriftDirection * float(mm); }
+
+Photographer Photographer::moved(const Vec3& by_mm) const {
+  Session rig = rig_;
+  for (Camera* camera : {&rig.left, &*rig.right, &rig.projector}) {
+    camera->translation_mm += camera->cam_from_rig * Vec3d(by_mm);
+  }
+  return {body_, std::move(rig), projector_distance_mm_};
+}
+
 Receivers Photographer::see(const Camera& camera) const {
-  return see_subject(camera, surface_, subject_, skins_);
+  return see_subject(camera, surface(), subject(), skins());
 }
 
 PatchLight Photographer::led_light(const std::vector<float>& levels) const {
-  return gathered(led_irradiance(surface_, *visibility_, rig_.stage, levels));
+  return gathered(led_irradiance(surface(), body_->visibility, rig_.stage, levels));
 }
 
 Vec3 Photographer::pattern_at(const Image3& emitted, const Vec3& x_mm) const {
@@ -48,21 +76,22 @@ Vec3 Photographer::pattern_at(const Image3& emitted, const Vec3& x_mm) const {
 }
 
 void Photographer::find_pattern_places() {
-  pattern_places_.resize(surface_.size());
+  const Surface& surface = body_->surface;
+  pattern_places_.resize(surface.size());
   parallel_for(
-      surface_.rows,
+      surface.rows,
       [&](int row) {
-        const int above = std::max(row - 1, 0), below = std::min(row + 1, surface_.rows - 1);
-        for (int column = 0; column < surface_.columns; ++column) {
-          const size_t i = size_t(surface_.at(row, column));
+        const int above = std::max(row - 1, 0), below = std::min(row + 1, surface.rows - 1);
+        for (int column = 0; column < surface.columns; ++column) {
+          const size_t i = size_t(surface.at(row, column));
           if (projector_->vertex_irradiance()[i] <= 0.f) continue;
           const auto place = [&](int r, int c) {
-            return surface_.position_mm[size_t(surface_.at(r, c))];
+            return surface.position_mm[size_t(surface.at(r, c))];
           };
           const Vec3 down = (place(below, column) - place(above, column)) * 0.125f;
           const Vec3 across = (place(row, column + 1) - place(row, column - 1)) * 0.125f;
           for (int k = 0; k < 4; ++k) {
-            const Vec3 x = surface_.position_mm[i] + down * (k < 2 ? -1.f : 1.f) +
+            const Vec3 x = surface.position_mm[i] + down * (k < 2 ? -1.f : 1.f) +
                            across * (k % 2 ? 1.f : -1.f);
             pattern_places_[i][size_t(k)] = Vec2(rig_.projector.project(Vec3d(x)));
           }
@@ -72,9 +101,10 @@ void Photographer::find_pattern_places() {
 }
 
 PatchLight Photographer::projector_light(const Image3& emitted) const {
-  std::vector<Vec3> irradiance(surface_.size(), Vec3(0, 0, 0));
+  const Surface& surface = body_->surface;
+  std::vector<Vec3> irradiance(surface.size(), Vec3(0, 0, 0));
   parallel_for(
-      int(surface_.size()),
+      int(surface.size()),
       [&](int i) {
         const float e = projector_->vertex_irradiance()[size_t(i)];
         if (e <= 0.f) return;
@@ -87,11 +117,11 @@ PatchLight Photographer::projector_light(const Image3& emitted) const {
 }
 
 PatchLight Photographer::gathered(const std::vector<Vec3>& irradiance) const {
-  return gather_light(diffusion_->tree(), irradiance);
+  return gather_light(body_->diffusion.tree(), irradiance);
 }
 
 PatchLight Photographer::point_light(const PointLight& light, const Vec3& colour) const {
-  std::vector<Vec3> irradiance(surface_.size());
+  std::vector<Vec3> irradiance(surface().size());
   for (size_t i = 0; i < irradiance.size(); ++i) {
     irradiance[i] = colour * light.vertex_irradiance()[i];
   }
@@ -100,7 +130,7 @@ PatchLight Photographer::point_light(const PointLight& light, const Vec3& colour
 
 std::vector<Radiance> Photographer::depolarized(
     const Receivers& receivers, const std::vector<const PatchLight*>& lights) const {
-  std::vector<Radiance> radiance = diffusion_->scatter(receivers.targets, lights);
+  std::vector<Radiance> radiance = body_->diffusion.scatter(receivers.targets, lights);
   for (Radiance& d : radiance) {
     for (size_t i = 0; i < d.size(); ++i) d[i] = d[i].mul(receivers.modulation[i]);
   }
@@ -115,11 +145,11 @@ Vec3 Photographer::keeps_polarization(const Receivers& r, size_t i, const Vec3& 
   Vec3 albedo(0, 0, 0);
   for (size_t k = 0; k < regions.size(); ++k) {
     if (regions[k] < 0.004f) continue;
-    const float c = skins_[k].intensity;
-    lobe += regions[k] * surface_lobe(n, l, v, skins_[k].roughness);
-    transmitted += regions[k] * (1.f - std::min(1.f, c * loss_[k](nl))) *
-                   (1.f - std::min(1.f, c * loss_[k](nv)));
-    albedo += single_albedo_[k] * regions[k];
+    const float c = skins()[k].intensity;
+    lobe += regions[k] * surface_lobe(n, l, v, skins()[k].roughness);
+    transmitted += regions[k] * (1.f - std::min(1.f, c * body_->loss[k](nl))) *
+                   (1.f - std::min(1.f, c * body_->loss[k](nv)));
+    albedo += body_->single_albedo[k] * regions[k];
   }
   const Vec3 below = single_scattering(n, l, v, transmitted).mul(albedo);
   return (Vec3::all(r.intensity[i] * lobe) + below) * (kPi * nl);
@@ -131,7 +161,7 @@ Radiance Photographer::polarized_leds(const Receivers& r, const std::vector<floa
       int(r.size()),
       [&](int n) {
         const size_t i = size_t(n);
-        const auto corners = visibility_->around(r.grid_row[i], r.grid_column[i]);
+        const auto corners = body_->visibility.around(r.grid_row[i], r.grid_column[i]);
         for (size_t led = 0; led < levels.size(); ++led) {
           if (levels[led] <= 0.f) continue;
           const Vec3 l = rig_.stage.leds()[led].direction;

@@ -34,11 +34,20 @@ class Photographer {
   };
   explicit Photographer(const Options& options);
 
+  // The same with the subject elsewhere, by a few millimetres: told in the subject's own frame, in
+  // which cameras and projector go the other way. The LEDs are far away.
+  Photographer moved(const Vec3& by_mm) const;
+
+  // How far the subject moves, evenly, from a session's first photograph to its last: to the right
+  // as the cameras see it, down and towards them.
+  void set_drift(double mm);
+  Vec3 drift_mm() const { return drift_mm_; }
+
   const Session& rig() const { return rig_; }
-  const Subject& subject() const { return subject_; }
-  const std::array<Skin, kRegionCount>& skins() const { return skins_; }
-  const SkinProfiles& profiles() const { return profiles_; }
-  const Surface& surface() const { return surface_; }
+  const Subject& subject() const { return body_->subject; }
+  const std::array<Skin, kRegionCount>& skins() const { return body_->skins; }
+  const SkinProfiles& profiles() const { return body_->profiles; }
+  const Surface& surface() const { return body_->surface; }
   const Receivers& receivers(Eye eye) const { return eye == Eye::kLeft ? left_ : right_; }
   Receivers see(const Camera& camera) const;
 
@@ -64,22 +73,33 @@ class Photographer {
   Vec3 pattern_at(const Image3& emitted, const Vec3& x_mm) const;
 
  private:
+  // What is the subject's own, wherever it is.
+  struct Body {
+    explicit Body(const Options& options, const std::vector<Led>& leds);
+
+    Subject subject;
+    std::array<Skin, kRegionCount> skins;
+    SkinProfiles profiles;
+    Surface surface;
+    LedVisibility visibility;
+    Diffusion diffusion;
+    std::vector<LobeLoss> loss;
+    std::array<Vec3, kRegionCount> single_albedo;
+  };
+
+  static Photographer at_rest(const Options& options);
+  Photographer(std::shared_ptr<const Body> body, Session rig, double projector_distance_mm);
   Vec3 keeps_polarization(const Receivers& r, size_t i, const Vec3& l) const;
   void find_pattern_places();
 
+  std::shared_ptr<const Body> body_;
   Session rig_;
-  Subject subject_;
-  std::array<Skin, kRegionCount> skins_;
-  SkinProfiles profiles_;
-  Surface surface_;
-  std::unique_ptr<LedVisibility> visibility_;
+  double projector_distance_mm_;  // from the rig's origin, where its white is 1
   std::unique_ptr<PointLight> projector_;
   // Four places of every vertex's patch in projector pixels: what falls on the patch is their mean.
   std::vector<std::array<Vec2, 4>> pattern_places_;
-  std::unique_ptr<Diffusion> diffusion_;
-  std::vector<LobeLoss> loss_;
-  std::array<Vec3, kRegionCount> single_albedo_;
   Receivers left_, right_;
+  Vec3 drift_mm_{0, 0, 0};
 };
 
 }  // namespace lamella::twin

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cctype>
+#include <map>
+#include <optional>
 
 #include "base/parallel.h"
 #include "base/progress.h"
@@ -76,6 +78,38 @@ std::string file_name(int number, const Step& step, const std::string& camera) {
   return name;
 }
 
+// Where the subject is when: still, or on its way, so that it is where truth has it at the mean of
+// the left camera's trigger times.
+class Drift {
+ public:
+  Drift(const Photographer& photographer, const std::vector<Shot>& left)
+      : photographer_(photographer) {
+    for (const Shot& shot : left) mean_us_ += shot.frame.trigger_us / double(left.size());
+    burst_us_ = left.back().frame.trigger_us - left.front().frame.trigger_us;
+  }
+
+  bool moves() const { return length(photographer_.drift_mm()) > 0; }
+
+  std::optional<Photographer> at(double trigger_us) const {
+    if (!moves()) return std::nullopt;
+    return photographer_.moved(photographer_.drift_mm() *
+                               float((trigger_us - mean_us_) / burst_us_));
+  }
+
+ private:
+  const Photographer& photographer_;
+  double mean_us_ = 0, burst_us_ = 0;
+};
+
+// Indices of the shots that both cameras take at once, in order.
+std::vector<std::vector<size_t>> by_step(const std::vector<Shot>& shots) {
+  std::map<int, std::vector<size_t>> steps;
+  for (size_t i = 0; i < shots.size(); ++i) steps[shots[i].frame.step].push_back(i);
+  std::vector<std::vector<size_t>> ordered;
+  for (auto& [step, at_once] : steps) ordered.push_back(std::move(at_once));
+  return ordered;
+}
+
 void write_frame(const fs::path& folder, const Frame& frame, const Image3& stored) {
   fs::create_directories((folder / frame.file).parent_path());
   write_exr_rgb(folder / frame.file, stored, PixelType::kHalf);
@@ -126,17 +160,25 @@ void prepare_burst(const Session& rig, Studio* studio) {
 
 void write_session(const fs::path& folder, const Photographer& photographer, Studio* studio) {
   Session session = photographer.rig();
-  prepare_burst(session, studio);
   std::vector<Shot> shots = burst(session, "left");
+  const Drift drift(photographer, shots);
   for (Shot& shot : burst(session, "right")) shots.push_back(std::move(shot));
+  if (!drift.moves()) prepare_burst(session, studio);
   Progress progress("photographs", int(shots.size()));
-  for (size_t i = 0; i < shots.size(); ++i) {
-    const RawPhotograph photograph = studio->take(shots[i].exposure, i);
-    const Camera& camera = session.camera(shots[i].frame.camera);
-    write_frame(folder, shots[i].frame, develop(photograph.raw, camera));
-    session.frames.push_back(shots[i].frame);
-    progress.advance(int(i) + 1);
+  int done = 0;
+  for (const std::vector<size_t>& at_once : by_step(shots)) {
+    const std::optional<Photographer> moved = drift.at(shots[at_once[0]].frame.trigger_us);
+    std::optional<Studio> elsewhere;
+    if (moved) elsewhere.emplace(studio->with(*moved));
+    for (size_t i : at_once) {
+      const RawPhotograph photograph =
+          (elsewhere ? &*elsewhere : studio)->take(shots[i].exposure, i);
+      const Camera& camera = session.camera(shots[i].frame.camera);
+      write_frame(folder, shots[i].frame, develop(photograph.raw, camera));
+      progress.advance(++done);
+    }
   }
+  for (const Shot& shot : shots) session.frames.push_back(shot.frame);
   write_json(folder / "session.json", message_from_session(session));
 }
 

@@ -21,6 +21,9 @@ class Studio {
   // `seed`: of the sensor's noise.
   Studio(const Photographer& photographer, uint64_t seed);
 
+  // The same sensor before a subject that has moved.
+  Studio with(const Photographer& moved) const { return {moved, seed_}; }
+
   // One photograph; `serial` makes its noise its own.
   RawPhotograph take(const Exposure& exposure, uint64_t serial);
 

@@ -103,6 +103,8 @@ void write_layers(const fs::path& file, const Photographer& photographer,
   layers["single"] = {{"g", kPhaseG},
                       {"note", "alpha of eq. 3 as printed: scattering albedo / ior^2"}};
   layers["ior"] = kIor;
+  const Vec3 drift = photographer.drift_mm();
+  if (length(drift) > 0) layers["motion"] = {{"drift_mm", {drift[0], drift[1], drift[2]}}};
   write_whole_text(file, json_text(layers, 1));
 }
 

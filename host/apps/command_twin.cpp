@@ -23,10 +23,13 @@ namespace lamella::apps {
 
 namespace {
 
+constexpr double kMostDriftMm = 10;
+
 struct TwinArguments {
   twin::Photographer::Options subject;
   std::string socket;
   fs::path out, truth_out, calibration_out;
+  double drift_mm = 0;
   bool no_burst = false;
   bool json = false;
 };
@@ -57,6 +60,13 @@ void check(const TwinArguments& a) {
   require_apart(a.truth_out, a.calibration_out);
   if (!(a.subject.noise >= 0 && a.subject.noise <= 100)) {
     throw_bad_input("--noise", std::to_string(a.subject.noise), "give a number from 0 to 100");
+  }
+  if (!(a.drift_mm >= 0 && a.drift_mm <= kMostDriftMm)) {
+    throw_bad_input("--drift", fmt::format("{:g} mm", a.drift_mm),
+                    fmt::format("give a number from 0 to {:g}", kMostDriftMm));
+  }
+  if (a.drift_mm > 0 && a.out.empty()) {
+    throw_bad_input("--drift", "is of --out", "give --out with it");
   }
 }
 
@@ -118,7 +128,8 @@ void run_twin(const TwinArguments& a) {
     require_file_place(a.calibration_out);
     clear_half_written_beside(a.calibration_out);
   }
-  const twin::Photographer photographer(subject_of(a));
+  twin::Photographer photographer(subject_of(a));
+  photographer.set_drift(a.drift_mm);
   twin::Studio studio(photographer, a.subject.seed);
   if (!a.calibration_out.empty()) write_calibration(a.calibration_out, photographer.rig());
   if (session) {
@@ -159,6 +170,12 @@ void add_twin(const Command& app, int*) {
           fmt::format("Times 600x750 pixels, {:g} to {:g}", twin::kLeastScale, twin::kLargestScale))
       .shows_default();
   command.add_option("--noise", a->subject.noise, "Times the sensor's noise, 0 to 100")
+      .shows_default();
+  command
+      .add_option("--drift", a->drift_mm,
+                  fmt::format("Of --out: mm that the subject moves evenly during the burst, to the "
+                              "right, down and towards the cameras, 0 to {:g}",
+                              kMostDriftMm))
       .shows_default();
   command.add_option("--out", a->out, "Folder of the new session");
   command.add_option("--serve", a->socket, "Local socket on which to answer a simulated rig");

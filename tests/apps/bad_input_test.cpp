@@ -235,6 +235,13 @@ TEST_F(Command, ListsTheSkinsThatTheTwinKnowsToWhoeverAsksForAnother) {
           {"--skin: \"green\"; the twin knows layered, one_layer, no_single, dark and light"});
 }
 
+TEST_F(Command, DriftsTheTwinsSubjectOnlyInASessionAndOnlySoFar) {
+  refused({"twin", "--drift", "11", "--scale", "0.1", "--out", in("s")}, 2,
+          {"--drift: 11 mm; give a number from 0 to 10"});
+  refused({"twin", "--drift", "1", "--scale", "0.1", "--truth-out", in("s")}, 2,
+          {"--drift: is of --out; give --out with it"});
+}
+
 TEST_F(Command, NamesThePlaceOfWhatTheDiskDoesNotTakeAndLeavesNothing) {
   testing::write_fake_session(at("session"), cv::Size(96, 128));
   std::vector<std::vector<std::string>> commands{{"fit", in("session")}};

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <cmath>
 #include <fstream>
 #include <numeric>
 #include <thread>
@@ -71,6 +72,40 @@ TEST(Studio, PutsTheProjectorsTintIntoItsPhotographs) {
   const Vec3 seen = photograph(r.pixel[i] / r.width, r.pixel[i] % r.width);
   const Vec3 in_led_colours = cv::Matx33f(small_head().rig().projector_to_led) * seen;
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(in_led_colours[c], 0.5f * d[i][c], 1e-3f);
+}
+
+double mean_column(const Receivers& r) {
+  double sum = 0;
+  for (int pixel : r.pixel) sum += double(pixel % r.width) / double(r.size());
+  return sum;
+}
+
+TEST(MovedSubject, IsSeenElsewhereByBothCameras) {
+  const Photographer moved = small_head().moved({20, 0, 0});
+  for (Eye eye : {Eye::kLeft, Eye::kRight}) {
+    const Camera& camera = small_head().rig().left;
+    const double px = camera.fx * 20 * std::cos(10 * CV_PI / 180) / camera.depth_mm({0, 0, 0});
+    EXPECT_NEAR(mean_column(moved.receivers(eye)) - mean_column(small_head().receivers(eye)), px,
+                0.1 * px);
+  }
+}
+
+TEST(MovedSubject, LeavesTheProjectorsPatternWhereItIs) {
+  const Vec3 by_mm(3, -2, 5), place(10, 20, 90);
+  const Photographer moved = small_head().moved(by_mm);
+  Image3 ramp(800, 1280);
+  for (int y = 0; y < ramp.rows; ++y) {
+    for (int x = 0; x < ramp.cols; ++x) ramp(y, x) = Vec3(float(x), float(y), 0);
+  }
+  const Vec3 there = moved.pattern_at(ramp, place);
+  EXPECT_LT(length(there - small_head().pattern_at(ramp, place + by_mm)), 1e-2f);
+  EXPECT_GT(length(there - small_head().pattern_at(ramp, place)), 5.f);
+}
+
+TEST(MovedSubject, IsAsBrightUnderTheProjectorAsItsDistanceHasIt) {
+  const Vec3 place(0, 0, 90);
+  const Photographer moved = small_head().moved({0, 0, 50});
+  EXPECT_NEAR(moved.projector().strength(place), 1e6 / (860. * 860.), 1e-4);
 }
 
 TEST(Head, IsASolidWithEveryRegionInSight) {
