@@ -74,6 +74,27 @@ void print_reasons(const v1::Layers& layers) {
   if (!lines.empty()) fmt::print("\n{}", lines);
 }
 
+// At rest, a line; else where it was at each photograph.
+void print_motion(const v1::Motion& motion) {
+  if (motion.frames_size() == 0) {
+    fmt::print("\nsubject's motion during the burst: not known, as {}\n", motion.why());
+    return;
+  }
+  fmt::print(
+      "\nsubject's motion during the burst, across the left camera's axis: "
+      "{:.3f} +- {:.3f} mm ({:.2f} px): {}\n",
+      motion.moved_mm(), motion.moved_mm_stddev(), motion.moved_px(),
+      motion.mended() ? "mended" : "left as it is, as " + motion.why());
+  if (!motion.mended()) return;
+  fmt::print("{:<24} {:>8} {:>23} {:>15}\n", "photograph", "time (s)", "moved x y z (mm)",
+             "x y (px)");
+  for (const v1::FrameMotion& f : motion.frames()) {
+    fmt::print("{:<24} {:>8.3f}   {:>6.3f} {:>6.3f} {:>6.3f}   {:>6.2f} {:>6.2f}\n", f.frame(),
+               f.trigger_us() * 1e-6, f.moved_mm(0), f.moved_mm(1), f.moved_mm(2), f.moved_px(0),
+               f.moved_px(1));
+  }
+}
+
 void print_summary(const v1::Layers& layers, const fs::path& out, double total_s) {
   fmt::print("{:<12} {:>7} {:>17} {:>23} {:>23}\n", "region", "m (rad)", "l_d r g b (mm)",
              "alpha_dot r g b", "single r g b");
@@ -94,6 +115,7 @@ void print_summary(const v1::Layers& layers, const fs::path& out, double total_s
     fmt::print("\n");
   }
   print_reasons(layers);
+  print_motion(layers.motion());
   fmt::print("\nwrote {} in {:.2f} s\n", out.string(), total_s);
 }
 

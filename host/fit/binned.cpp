@@ -200,6 +200,8 @@ Burst binned_burst(const Burst& burst, const Session& session, int bin_px) {
   for (NoiseModel* noise : {&out.led_noise, &out.projector_noise, &out.right_noise}) {
     bin_noise(noise, bin_px);
   }
+  out.dots_place.rest_px /= float(bin_px);
+  for (PatternPlace& place : out.stripes_place) place.rest_px /= float(bin_px);
   return out;
 }
 

@@ -197,6 +197,24 @@ void remove_ambient(Burst* burst, const AnalyserPair& ambient) {
   for (Image3& image : burst->stripes) subtract(&image, turned_cross);
 }
 
+// Where the patterns of a subject that moved lie on it.
+void place_patterns(const Session& session, Burst* burst) {
+  const auto mended_mm = [&](Role role, int index) {
+    const Frame* frame = session.find("left", role, index, Analyser::kCross);
+    return frame ? burst->motion.mended_mm(frame->trigger_us) : Vec3d(0, 0, 0);
+  };
+  const auto place = [&](Role role, int index) {
+    const Frame* frame = session.find("left", role, index, Analyser::kCross);
+    const cv::Vec2d by_px = burst->motion.mended_px(session.left, frame->trigger_us);
+    return PatternPlace{pattern_moved_px(session.projector, mended_mm(role, index)),
+                        Vec2(by_px - burst->motion.mended_whole_px(session, role))};
+  };
+  const int finest = int(session.patterns.fringe_periods.size()) - 1;
+  burst->fringe_moved_mm = mended_mm(Role::kFringe, finest);
+  burst->dots_place = place(Role::kDots, 0);
+  for (int k = 0; k < 4; ++k) burst->stripes_place[size_t(k)] = place(Role::kStripes, k);
+}
+
 void set_regions(const Session& session, Burst* burst) {
   if (session.regions_file.empty()) {
     burst->regions = subject_mask(burst->front.cross - burst->black);
@@ -221,12 +239,15 @@ float NoiseModel::variance(float radiance) const {
 Burst linearise(const Session& session, const TriangleMesh* mesh) {
   const ShapeFrom shape = mesh ? ShapeFrom::kMesh : ShapeFrom::kFringes;
   require_burst(session, shape);
-  const Photographs photographs = read_photographs(session, frames_to_fit(session, shape));
+  Photographs photographs = read_photographs(session, frames_to_fit(session, shape));
   Burst burst;
   burst.mesh = mesh;
   if (!session.regions_file.empty()) burst.regions = read_regions(session);
   burst.check = check_burst(session, photographs, burst.regions, shape);
   require_usable(burst.check);
+  burst.motion = estimate_motion(session, photographs, burst.regions);
+  mend_motion(session, burst.motion, &photographs);
+  place_patterns(session, &burst);
   burst.session = &session;
   burst.led_noise = noise_of(session, session.left, Role::kGradientFull);
   burst.projector_noise = noise_of(session, session.left, Role::kFront);

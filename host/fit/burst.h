@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "calib/check.h"
+#include "fit/motion.h"
+#include "fit/pattern_place.h"
 #include "fit/quality.h"
 #include "io/mesh_file.h"
 #include "io/session.h"
@@ -53,6 +55,13 @@ struct Burst {
   std::vector<Image3> fringe;     // cross - black, by index; empty where there is a mesh
   Image3 dots;                    // cross - black
   std::array<Image3, 4> stripes;  // cross - black
+
+  // Photographs are mended for the subject's motion, but their patterns stayed where they were.
+  Motion motion;
+  Vec3d fringe_moved_mm{0, 0, 0};  // of the subject, at the finest fringes
+  PatternPlace dots_place;
+  std::array<PatternPlace, 4> stripes_place;
+
   Mask clipped_projector;
   float black_level = 0;  // b, estimated: BLACK over FRONT cross, both summed over the subject
 

@@ -91,12 +91,13 @@ int dominant_label(const Burst& burst, const std::vector<cv::Point>& pixels) {
 }
 
 std::vector<DotPixels> find_dots(const Burst& burst, const Geometry& geometry,
-                                 const Normals& normals, const DotPattern& pattern) {
+                                 const Normals& normals, const DotPattern& pattern,
+                                 const Image2& projector_px) {
   std::map<std::pair<int, int>, DotPixels> dots;
   for (int y = 0; y < burst.regions.rows; ++y) {
     for (int x = y & 1; x < burst.regions.cols; x += 2) {
       if (!usable(burst, geometry, normals, y, x)) continue;
-      const DotPattern::Place at = pattern.place(geometry.projector_px(y, x));
+      const DotPattern::Place at = pattern.place(projector_px(y, x));
       dots[{at.row, at.column}].pixel.push_back({x, y});
     }
   }
@@ -136,7 +137,8 @@ std::vector<Dot> measure_dots(const Burst& burst, const Geometry& geometry,
                               const Normals& normals) {
   const DotPattern pattern(burst.session->patterns);
   const DotLight light(burst);
-  const std::vector<DotPixels> found = find_dots(burst, geometry, normals, pattern);
+  const Image2 projector_px = moved_projector_px(geometry.projector_px, burst.dots_place);
+  const std::vector<DotPixels> found = find_dots(burst, geometry, normals, pattern, projector_px);
   std::vector<Dot> dots(found.size());
   parallel_for(int(found.size()), [&](int i) {
     const DotPixels& pixels = found[size_t(i)];
@@ -148,7 +150,7 @@ std::vector<Dot> measure_dots(const Burst& burst, const Geometry& geometry,
     for (const cv::Point& p : pixels.pixel) {
       if (burst.regions(p) != dot.label) continue;
       dot.pixels += 1;
-      const DotPattern::Place at = pattern.place(geometry.projector_px(p));
+      const DotPattern::Place at = pattern.place(projector_px(p));
       table.look_up(at.u, at.v, &sample);
       for (int j = 0; j < GaussianBasis::kSize; ++j) row(j) = double(sample[size_t(j)]);
       row(GaussianBasis::kSize) = 1;

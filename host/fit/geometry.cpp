@@ -44,6 +44,10 @@ float least_light(const Burst& burst) {
                   kDarkSigmas * std::sqrt(burst.projector_noise.variance(0)));
 }
 
+Camera projector_of_fringes(const Burst& burst) {
+  return projector_seen_by_moved(burst.session->projector, burst.fringe_moved_mm);
+}
+
 DepthMap depth_of(const Burst& burst, const Camera& camera, const std::vector<Image3>& fringe,
                   const Image3& front_lit) {
   const Mask lit = lit_pixels(front_lit, least_light(burst));
@@ -51,7 +55,7 @@ DepthMap depth_of(const Burst& burst, const Camera& camera, const std::vector<Im
   const FringeCode code = fringe_code(
       session, camera.id == session.left.id ? burst.projector_noise : burst.right_noise);
   const ProjectorColumns columns = decode_columns(fringe, front_lit, lit, code);
-  return measure_depth(camera, burst.session->projector, columns);
+  return measure_depth(camera, projector_of_fringes(burst), columns);
 }
 
 DepthMap triangulated_depth(const Burst& burst) {
@@ -60,7 +64,7 @@ DepthMap triangulated_depth(const Burst& burst) {
   if (!burst.right_fringe.empty()) {
     const DepthMap right =
         depth_of(burst, *session.right, burst.right_fringe, burst.right_front_lit);
-    refine_with_right(session.left, *session.right, session.projector, right, &depth);
+    refine_with_right(session.left, *session.right, projector_of_fringes(burst), right, &depth);
   }
   return depth;
 }

@@ -33,14 +33,20 @@ void remove_pattern_extinction(const Geometry& geometry, Burst* burst) {
   const Patterns& patterns = burst->session->patterns;
   // Black emits too, and what of it leaked is gone from the BLACK that was subtracted.
   const auto emitted = [&](float pattern) { return b + (1 - b) * pattern; };
+  const Image2 dots_px = moved_projector_px(geometry.projector_px, burst->dots_place);
+  std::array<Image2, 4> stripes_px;
+  for (size_t k = 0; k < 4; ++k) {
+    stripes_px[k] = moved_projector_px(geometry.projector_px, burst->stripes_place[k]);
+  }
   parallel_for(burst->regions.rows, [&](int y) {
     for (int x = 0; x < burst->regions.cols; ++x) {
-      const Vec2 at = geometry.projector_px(y, x);
+      const Vec2& at = dots_px(y, x);
       if (!std::isfinite(at[0])) continue;
       const Vec3 leaked = (burst->front.parallel(y, x) - burst->front.cross(y, x)) * extinction;
       burst->dots(y, x) -= leaked * emitted(dot_light(patterns, at[0], at[1]));
-      for (int k = 0; k < 4; ++k) {
-        burst->stripes[size_t(k)](y, x) -= leaked * emitted(stripe_light(patterns, k, at[0]));
+      for (size_t k = 0; k < 4; ++k) {
+        const float u_px = stripes_px[k](y, x)[0];
+        burst->stripes[k](y, x) -= leaked * emitted(stripe_light(patterns, int(k), u_px));
       }
     }
   });

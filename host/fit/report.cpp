@@ -6,6 +6,7 @@
 
 #include "base/parallel.h"
 #include "fit/mesh_depth.h"
+#include "fit/motion_report.h"
 #include "fit/unheld.h"
 
 namespace lamella::fit {
@@ -129,6 +130,8 @@ void start_report(const Burst& burst, LayeredFit* fit) {
     fit->layers.add_regions()->set_name(burst.region_names[i]);
   }
   (*fit->layers.mutable_checks())["projector_black_level"] = burst.black_level;
+  *fit->layers.mutable_motion() = message_from_motion(burst.motion);
+  for (CheckLine& line : judge_motion(burst.motion)) fit->check.lines.push_back(std::move(line));
 }
 
 void report_geometry(const Burst& burst, const Geometry& geometry, LayeredFit* fit) {

@@ -38,6 +38,9 @@ class Stripes {
     shift_turns_ = float(patterns.stripe_shift_px / patterns.stripe_period_px);
     const double facing = projector.fx / projector.depth_mm({0, 0, 0});
     offset_turns_ = Image1(burst.regions.size(), 0.f);
+    for (size_t k = 0; k < 4; ++k) {
+      projector_px_[k] = moved_projector_px(geometry.projector_px, burst.stripes_place[k]);
+    }
     highest_cycles_per_mm_ = 1.2 * facing / patterns.stripe_period_px;
   }
 
@@ -57,7 +60,7 @@ class Stripes {
 
   // Turns from the middle of a white stripe in pattern k.
   float phase(int y, int x, int k) const {
-    return geometry_.projector_px(y, x)[0] / period_px_ - 0.25f - float(k) * shift_turns_ -
+    return projector_px_[size_t(k)](y, x)[0] / period_px_ - 0.25f - float(k) * shift_turns_ -
            offset_turns_(y, x);
   }
 
@@ -165,7 +168,8 @@ class Stripes {
   const Geometry& geometry_;
   const Normals& normals_;
   float period_px_, shift_turns_;
-  Image1 offset_turns_;  // white stripe's middle against where the geometry has it
+  std::array<Image2, 4> projector_px_;  // of every pattern
+  Image1 offset_turns_;                 // white stripe's middle against where the geometry has it
   double highest_cycles_per_mm_;
 };
 

@@ -144,6 +144,8 @@ double answered(const cv::Mat& map, const Labels& regions) {
   return known / asked;
 }
 
+constexpr double kDriftMm = 2;
+
 class HardCase : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -152,12 +154,15 @@ class HardCase : public ::testing::Test {
     options.subject = "sphere";
     options.scale = 0.3;
     options.photons = 20000;
-    const twin::Photographer photographer(options);
+    twin::Photographer photographer(options);
     twin::write_truth(scratch->path() / "truth", photographer);
     twin::Studio studio(photographer, 1);
-    twin::write_session(scratch->path() / "session", photographer, &studio);
-    fs::copy_file(scratch->path() / "truth" / "regions.png",
-                  scratch->path() / "session" / "regions.png");
+    for (const char* session : {"session", "drifting"}) {
+      twin::write_session(scratch->path() / session, photographer, &studio);
+      fs::copy_file(scratch->path() / "truth" / "regions.png",
+                    scratch->path() / session / "regions.png");
+      photographer.set_drift(kDriftMm);
+    }
     whole = std::make_unique<fit::LayeredFit>(spoilt().fitted());
   }
   static void TearDownTestSuite() {
@@ -469,6 +474,25 @@ TEST_F(HardCase, AThirdOfTheDotsStillGivesEveryRegionItsLength) {
       EXPECT_GT(region.deep().ld_mm_stddev(c), 0) << region.name();
     }
   }
+}
+
+TEST_F(HardCase, ASubjectThatDriftsIsFittedWhereItIsOnAverage) {
+  const SpoiltSession session(scratch->path() / "drifting");
+  const fit::LayeredFit found = session.fitted();
+  EXPECT_TRUE(found.layers.motion().mended()) << found.layers.motion().why();
+  EXPECT_NEAR(found.layers.motion().moved_mm(), kDriftMm, 0.15 * kDriftMm);
+  expect_numbers_where_confident(found.maps);
+  const LayerMaps& rest = whole->maps;
+  EXPECT_LT(difference(found.maps.position_mm, rest.position_mm, 0.5) * 100,
+            0.1);  // mm of some 100
+  EXPECT_LT(difference(found.maps.normal_diffuse[0], rest.normal_diffuse[0], 0.5), 0.005);
+  EXPECT_LT(difference(found.maps.total_albedo, rest.total_albedo, 0.5), 0.02);
+  EXPECT_LT(difference(found.maps.deep_ld_mm, rest.deep_ld_mm, 0.5), 0.02);
+}
+
+TEST_F(HardCase, ASubjectAtRestIsLeftAsItIs) {
+  EXPECT_FALSE(whole->layers.motion().mended());
+  EXPECT_EQ(whole->layers.motion().frames_size(), 20);
 }
 
 TEST_F(HardCase, WithoutTheRightCameraLeftAndProjectorSuffice) {
