@@ -1,7 +1,6 @@
-#!/usr/bin/env python3
 """The paper in NumPy, as somebody would write it who needs it by Friday.
 
-    numpy_fit.py SESSION --out FOLDER
+    python3 numpy_fit.py SESSION --out FOLDER
 
 Reads a session and writes a fit, as `lamella fit` does, by the equations of Ghosh et al. 2008 in
 the order in which they stand there: no visibility, no noise model, no joint fits, no multipole. It is

@@ -1,7 +1,6 @@
-#!/usr/bin/env python3
 """The fit's scattering profiles by SciPy's solvers.
 
-    scipy_profiles.py PROGRAMS.json --out FOLDER
+    python3 scipy_profiles.py PROGRAMS.json --out FOLDER
 
 Solves what `lamella bench` writes of each region and channel: the kernel's weights, least
 x'ax - 2b'x over x >= 0 (scipy.optimize.nnls), and the dipole of the kernel's tail, eq. 7 with a free

@@ -64,7 +64,9 @@ FloorPlan floor_plan(const BenchArguments& args) {
 // Where nothing is to be kept, files lie in the system's temporary folder meanwhile.
 fs::path place_of(const BenchArguments& args) {
   if (!args.out.empty()) return args.out;
-  if (args.floors.empty()) throw_bad_input("--out", "is needed", "name a folder for the tables");
+  if (args.floors.empty() && !args.peers) {
+    throw_bad_input("--out", "is needed", "name a folder for the tables");
+  }
   return fs::temp_directory_path() / fmt::format("lamella-bench-{}", getpid());
 }
 
@@ -146,7 +148,7 @@ void add_bench(const Command& app, int* exit_code) {
   command.add_option(
       "--out", args->out,
       "Folder for bench.json, bench.csv, peers.csv, floor.csv and bench.svg; --floor "
-      "does without");
+      "and --peers do without");
   command.add_option(
       "--knob", args->knobs,
       "This one alone [all of them; with --peers or --floor, none]; may be repeated");
