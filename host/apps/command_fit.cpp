@@ -15,16 +15,18 @@
 #include "base/progress.h"
 #include "export/export.h"
 #include "fit/layers.h"
+#include "io/given_regions.h"
 #include "io/json.h"
 #include "io/mesh_file.h"
 #include "io/whole_file.h"
+#include "session.pb.h"
 
 namespace lamella::apps {
 
 namespace {
 
 struct FitArguments {
-  fs::path session, out, bench, mesh;
+  fs::path session, out, bench, mesh, regions;
   std::string until = "albedo", layers = "auto", quality = "standard";
   double budget_s = 0;
   std::string max_error;
@@ -96,10 +98,12 @@ void print_motion(const v1::Motion& motion) {
 }
 
 void print_summary(const v1::Layers& layers, const fs::path& out, double total_s) {
-  fmt::print("{:<12} {:>7} {:>17} {:>23} {:>23}\n", "region", "m (rad)", "l_d r g b (mm)",
+  size_t width = 12;
+  for (const v1::Region& r : layers.regions()) width = std::max(width, one_line(r.name()).size());
+  fmt::print("{:<{}} {:>7} {:>17} {:>23} {:>23}\n", "region", width, "m (rad)", "l_d r g b (mm)",
              "alpha_dot r g b", "single r g b");
   for (const v1::Region& r : layers.regions()) {
-    fmt::print("{:<12} {:>7.3f}", one_line(r.name()), r.specular().gaussian_m());
+    fmt::print("{:<{}} {:>7.3f}", one_line(r.name()), width, r.specular().gaussian_m());
     if (r.deep().ld_mm_size() == 3) {
       fmt::print("  {:>5.2f} {:>4.2f} {:>4.2f}", r.deep().ld_mm(0), r.deep().ld_mm(1),
                  r.deep().ld_mm(2));
@@ -144,6 +148,15 @@ bool warn_of_doubt(const std::vector<fit::DoubtedLayer>& doubted) {
   return any;
 }
 
+// As session.json has them, and `fit --regions` takes them back.
+v1::Regions names_of_regions(const v1::Layers& layers) {
+  v1::Regions regions;
+  regions.set_file("regions.png");
+  regions.add_names("background");
+  for (const v1::Region& region : layers.regions()) regions.add_names(region.name());
+  return regions;
+}
+
 void write_fit(WholeFolder* folder, const Session& session, const Stopwatch& watch,
                fit::LayeredFit* fit) {
   const Stopwatch write_watch;
@@ -157,6 +170,7 @@ void write_fit(WholeFolder* folder, const Session& session, const Stopwatch& wat
   auto& timings = *fit->layers.mutable_timings_s();
   timings["write"] = write_watch.seconds();
   timings["total"] = watch.seconds();
+  write_json(folder->path() / "regions.json", names_of_regions(fit->layers));
   write_json(folder->path() / "layers.json", fit->layers);
   folder->commit();
 }
@@ -174,7 +188,7 @@ std::optional<TriangleMesh> mesh_of(const FitArguments& args, const fs::path& ou
 int run_fit(const FitArguments& args) {
   const Stopwatch watch;
   abandon_outputs_on_interrupt();
-  const Session session = read_session(args.session);
+  Session session = read_session(args.session);
   for (const std::string& warning : session.warnings) {
     fmt::print(stderr, "lamella: warning: {}\n", one_line(warning));
   }
@@ -185,6 +199,7 @@ int run_fit(const FitArguments& args) {
   }
   const fit::Quality quality = quality_of(args, session);
   const std::optional<TriangleMesh> mesh = mesh_of(args, out);
+  if (!args.regions.empty()) give_regions(args.regions, &session);
   clear_half_written_beside(out);
   WholeFolder folder(out, "layers.json");
   fit::LayeredFit fit =
@@ -214,10 +229,13 @@ void add_fit(const Command& app, int* exit_code) {
   command.add_option("--mesh", args->mesh,
                      "The subject's shape, instead of the fringes': .ply or .obj in mm, .glb in "
                      "metres, in the rig's frame");
+  command.add_option("--regions", args->regions,
+                     "Label image instead of the session's: 8-bit grey .png, 0 background, named "
+                     "by the .json beside it: those of a fit, edited");
   command
-      .add_option(
-          "--until", args->until,
-          "Last step to run: linearise, geometry, normals, specular, separate, scattering, albedo")
+      .add_option("--until", args->until,
+                  "Last step to run: linearise, geometry, normals, regions, specular, separate, "
+                  "scattering, albedo")
       .shows_default();
   command
       .add_option("--layers", args->layers,

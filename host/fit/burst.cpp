@@ -115,7 +115,7 @@ float estimate_black_level(const Image3& black, const Image3& front_cross, const
   return lit > 0 ? float(std::clamp(dark / lit, 0.0, 0.5)) : 0.f;
 }
 
-// Without a label image the subject is one region: the largest lit piece of the photograph.
+// Without a label image the subject is the largest lit piece of the photograph.
 Labels subject_mask(const Image3& front_lit) {
   Image1 brightness(front_lit.size());
   parallel_for(front_lit.rows, [&](int y) {
@@ -216,7 +216,8 @@ void place_patterns(const Session& session, Burst* burst) {
 }
 
 void set_regions(const Session& session, Burst* burst) {
-  if (session.regions_file.empty()) {
+  burst->has_given_regions = !session.regions_file.empty();
+  if (!burst->has_given_regions) {
     burst->regions = subject_mask(burst->front.cross - burst->black);
     burst->region_names = {"background", "face"};
   } else {

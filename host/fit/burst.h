@@ -38,6 +38,7 @@ struct Burst {
   Quality quality;                        // what the steps may spend
   SessionCheck check;                     // of the photographs as they came; never unusable
   Labels regions;                         // 0 background
+  bool has_given_regions = false;         // else one, "face", until they are found
   std::vector<std::string> region_names;  // names[label]
   NoiseModel led_noise, projector_noise;  // left camera
   NoiseModel right_noise;                 // right camera, lit by the projector

@@ -5,6 +5,7 @@
 #include "base/error.h"
 #include "base/progress.h"
 #include "fit/binned.h"
+#include "fit/find_regions.h"
 #include "fit/pattern_extinction.h"
 #include "fit/report.h"
 
@@ -12,9 +13,10 @@ namespace lamella::fit {
 
 namespace {
 
-constexpr std::array<std::pair<const char*, Step>, 7> kSteps{{{"linearise", Step::kLinearise},
+constexpr std::array<std::pair<const char*, Step>, 8> kSteps{{{"linearise", Step::kLinearise},
                                                               {"geometry", Step::kGeometry},
                                                               {"normals", Step::kNormals},
+                                                              {"regions", Step::kRegions},
                                                               {"specular", Step::kSpecular},
                                                               {"separate", Step::kSeparate},
                                                               {"scattering", Step::kScattering},
@@ -47,6 +49,15 @@ auto timed(Course* course, const std::string& name, const Work& work) {
 // The rerendering that judges a whole fit is a step of its own.
 int steps_until(Step until) { return int(until) + (until == Step::kAlbedo ? 2 : 1); }
 
+// Regions are the session's; where it has none they are found, once the surface is known.
+bool settle_regions(const Geometry& geometry, const Normals& normals, Burst* burst) {
+  if (burst->has_given_regions) return false;
+  FoundRegions found = find_regions(*burst, geometry, normals);
+  burst->regions = found.labels;
+  burst->region_names = found.names;
+  return true;
+}
+
 void run_steps(Step until, LayerUse use, Burst* burst, Course* course, LayeredFit* fit) {
   start_report(*burst, fit);
   if (until == Step::kLinearise) return;
@@ -57,6 +68,10 @@ void run_steps(Step until, LayerUse use, Burst* burst, Course* course, LayeredFi
     const Normals normals =
         timed(course, "normals", [&] { return estimate_normals(*burst, &geometry); });
     report_normals(normals, fit);
+    if (until >= Step::kRegions) {
+      timed(course, "regions", [&] { return settle_regions(geometry, normals, burst); });
+      report_regions(*burst, fit);
+    }
     SpecularFit specular;
     Separation separation;
     if (until >= Step::kSpecular) {
@@ -107,12 +122,15 @@ LayeredFit fit_layers(const Session& session, Step until, LayerUse use, const Qu
   if (quality.bin_px == 1) {
     run_steps(until, use, &burst, &course, &fit);
   } else {
-    const Labels regions = burst.regions;
+    Labels regions = burst.regions;
     const Session binned = binned_session(session, quality.bin_px);
     burst =
         note_time(&fit.layers, "bin", [&] { return binned_burst(burst, binned, quality.bin_px); });
     run_steps(until, use, &burst, &course, &fit);
     note_time(&fit.layers, "unbin", [&] {
+      if (!burst.has_given_regions) {
+        regions = labels_of_pixels(burst.regions, quality.bin_px, regions > 0);
+      }
       unbin_maps(regions, session.left, quality.bin_px, &fit.maps);
       return 0;
     });

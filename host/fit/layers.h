@@ -16,7 +16,16 @@
 namespace lamella::fit {
 
 // Steps in order; `--until` names the last one to run.
-enum class Step { kLinearise, kGeometry, kNormals, kSpecular, kSeparate, kScattering, kAlbedo };
+enum class Step {
+  kLinearise,
+  kGeometry,
+  kNormals,
+  kRegions,
+  kSpecular,
+  kSeparate,
+  kScattering,
+  kAlbedo
+};
 
 // Throws Error that lists the names where `name` is none of them.
 Step step_from_name(const std::string& name);

@@ -125,13 +125,18 @@ void start_report(const Burst& burst, LayeredFit* fit) {
   *fit->layers.mutable_quality() = message_from_quality(burst.quality);
   fit->layers.set_format("lamella.layers.v1");
   fit->layers.set_ior(kIor);
-  fit->maps.regions = burst.regions;
-  for (size_t i = 1; i < burst.region_names.size(); ++i) {
-    fit->layers.add_regions()->set_name(burst.region_names[i]);
-  }
   (*fit->layers.mutable_checks())["projector_black_level"] = burst.black_level;
   *fit->layers.mutable_motion() = message_from_motion(burst.motion);
   for (CheckLine& line : judge_motion(burst.motion)) fit->check.lines.push_back(std::move(line));
+  report_regions(burst, fit);
+}
+
+void report_regions(const Burst& burst, LayeredFit* fit) {
+  fit->maps.regions = burst.regions;
+  fit->layers.clear_regions();
+  for (size_t i = 1; i < burst.region_names.size(); ++i) {
+    fit->layers.add_regions()->set_name(burst.region_names[i]);
+  }
 }
 
 void report_geometry(const Burst& burst, const Geometry& geometry, LayeredFit* fit) {

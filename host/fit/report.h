@@ -7,6 +7,7 @@
 namespace lamella::fit {
 
 void start_report(const Burst& burst, LayeredFit* fit);
+void report_regions(const Burst& burst, LayeredFit* fit);
 void report_geometry(const Burst& burst, const Geometry& geometry, LayeredFit* fit);
 void report_normals(const Normals& normals, LayeredFit* fit);
 void report_specular(const SpecularFit& specular, LayeredFit* fit);

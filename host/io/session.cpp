@@ -124,17 +124,9 @@ void read_frames(const v1::Session& m, Session* s) {
 void read_region_names(const v1::Regions& m, Session* s) {
   if (m.file().empty()) throw_bad_input(field(*s, "regions.file"), "missing");
   require_file(*s, m.file(), field(*s, "regions.file"));
-  if (m.names_size() > 256) throw_bad_input(field(*s, "regions.names"), "more than 256");
-  for (int i = 0; i < m.names_size(); ++i) {
-    const bool twice =
-        std::find(m.names().begin(), m.names().begin() + i, m.names(i)) != m.names().begin() + i;
-    if (m.names(i).empty() || twice) {
-      throw_bad_input(field(*s, "regions.names[" + std::to_string(i) + "]"),
-                      twice ? "\"" + m.names(i) + "\" is named twice" : "empty");
-    }
-  }
-  s->regions_file = m.file();
   s->region_names.assign(m.names().begin(), m.names().end());
+  require_region_names(s->region_names, field(*s, "regions.names"));
+  s->regions_file = m.file();
 }
 
 void require(const Session& s, Role role, int index, Analyser analyser) {
@@ -244,7 +236,9 @@ void require_named(const Session& session, const fs::path& file, const Labels& l
   for (size_t label = std::max<size_t>(named, 1); label < count.size(); ++label) {
     if (count[label] == 0) continue;
     throw_bad_input(file.string(), "label " + std::to_string(label) + " has no name",
-                    "name it in session.json: regions.names");
+                    session.given_labels.empty()
+                        ? "name it in session.json: regions.names"
+                        : "name it in " + file.stem().string() + ".json: names");
   }
   for (size_t label = 1; label < named; ++label) {
     if (count[label] > 0) continue;
@@ -257,9 +251,22 @@ void require_named(const Session& session, const fs::path& file, const Labels& l
 
 }  // namespace
 
+void require_region_names(const std::vector<std::string>& names, const std::string& at) {
+  if (names.size() > 256) throw_bad_input(at, "more than 256");
+  for (size_t i = 0; i < names.size(); ++i) {
+    const auto end = names.begin() + std::ptrdiff_t(i);
+    const bool twice = std::find(names.begin(), end, names[i]) != end;
+    if (!names[i].empty() && !twice) continue;
+    throw_bad_input(at + "[" + std::to_string(i) + "]",
+                    twice ? "\"" + names[i] + "\" is named twice" : "empty");
+  }
+}
+
 Labels read_regions(const Session& session) {
-  const fs::path file = session.path / session.regions_file;
-  const Labels labels = read_labels(file);
+  const bool given = !session.given_labels.empty();
+  const fs::path file =
+      given ? fs::path(session.regions_file) : session.path / session.regions_file;
+  const Labels labels = given ? session.given_labels : read_labels(file);
   if (labels.cols != session.left.width || labels.rows != session.left.height) {
     throw_bad_input(file.string(), size_words(labels.size()) +
                                        " pixels, but the left camera (rig.cameras) has " +

@@ -66,6 +66,7 @@ struct Session {
   std::vector<Frame> retaken;             // replaced by frames of the same burst: to look at
   std::string regions_file;               // empty: none
   std::vector<std::string> region_names;  // names[label], names[0] is the background
+  Labels given_labels;                    // instead of that file's (given_regions.h); mostly empty
   std::vector<std::string> warnings;      // unknown fields and the like, one line each
 
   const Camera& camera(const std::string& id) const;  // throws where there is none
@@ -98,5 +99,9 @@ Photograph read_photograph(const Session& session, const Frame& frame);
 // The label image, in left-camera pixels. Throws where a label has no name, the size disagrees or
 // a named region is empty.
 Labels read_regions(const Session& session);
+
+// Throws where there are too many names of regions, one is empty or there twice; the message begins
+// with `at`, their list's name.
+void require_region_names(const std::vector<std::string>& names, const std::string& at);
 
 }  // namespace lamella
