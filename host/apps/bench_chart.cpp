@@ -124,27 +124,38 @@ std::string panel(const Bench& bench, const Knob& knob, double x, double y) {
   return text + values_of(p, bench, points);
 }
 
-std::string head(const Bench& bench, const std::string& title) {
+// "floor 3.3 %", "model 3.3 %" where it is the model's; nothing where it was not asked for.
+std::string floor_words(const std::vector<Floor>& floors, size_t figure) {
+  for (const Floor& floor : floors) {
+    if (floor.figure != figure) continue;
+    const bool is_model = floor.verdict() == v1::BenchFloor::MODEL_ERROR;
+    return (is_model ? "model " : "floor ") +
+           with_unit(floor.floor(), bench_figures()[figure].unit);
+  }
+  return "";
+}
+
+std::string head(const Bench& bench, const std::vector<Floor>& floors, const std::string& title) {
   std::string text = chart_label(kSide, 40, "Error against seconds: " + title, 21, kChartInk);
-  text +=
-      chart_label(kSide, 63,
-                  fmt::format("up: error of a fit, of the default's; ring and red: the default, "
-                              "{:.2f} s, the least of {} rounds",
-                              bench.default_least_seconds(), bench.default_seconds.size()),
-                  12.5, kChartFaint);
+  std::string caption = fmt::format(
+      "up: error of a fit, of the default's; ring and red: the default, {:.2f} s, the "
+      "least of {} rounds",
+      bench.default_least_seconds(), bench.default_seconds.size());
+  if (!floors.empty()) {
+    caption += "; below an error its floor, called model where noise makes less than half of it";
+  }
+  text += chart_label(kSide, 63, caption, 12.5, kChartFaint);
   double x = kSide;
   for (const Curve& curve : kCurves) {
     const BenchFigure& figure = bench_figures()[curve.figure];
-    const double value = bench.default_figures[curve.figure];
-    const bool relative = *figure.unit == '\0';
+    const std::string error = with_unit(bench.default_figures[curve.figure], figure.unit);
+    const std::string floor = floor_words(floors, curve.figure);
     text += fmt::format("<path d=\"M{:.1f} 88h18\" stroke=\"{}\" stroke-width=\"3\"/>\n", x,
                         curve.colour);
     text += chart_label(x + 24, 92, figure.label, 11.5, kChartInk);
-    text += chart_label(x + 24, 107,
-                        relative ? fmt::format("{:.1f} %", 100 * value)
-                                 : fmt::format("{:.2g} {}", value, figure.unit),
-                        11.5, kChartFaint);
-    x += 44 + 6.4 * double(std::strlen(figure.label));
+    text += chart_label(x + 24, 107, error, 11.5, kChartFaint);
+    text += chart_label(x + 24, 122, floor, 11.5, kChartFaint);
+    x += 36 + 6 * double(std::max({std::strlen(figure.label), error.size(), floor.size()}));
   }
   return text;
 }
@@ -152,12 +163,12 @@ std::string head(const Bench& bench, const std::string& title) {
 }  // namespace
 
 std::string bench_chart(const Bench& bench, const std::vector<Knob>& knobs,
-                        const std::string& title) {
+                        const std::vector<Floor>& floors, const std::string& title) {
   const int panels = int(knobs.size()) + (bench.peers.empty() ? 0 : 1);
   const int columns = panels > 1 ? 2 : 1, rows = (panels + columns - 1) / columns;
   const double width = 2 * kSide + 2 * kPanelWidth, height = kPanelsTop + rows * kPanelHeight + 20;
   std::string text = chart_head(width, height);
-  text += head(bench, title);
+  text += head(bench, floors, title);
   for (int i = 0; i < panels; ++i) {
     const double x = kSide + i % columns * kPanelWidth;
     const double y = kPanelsTop + 24 + i / columns * kPanelHeight;

@@ -2,12 +2,14 @@
 // default's; and one of peers.
 #pragma once
 
+#include "apps/bench_floor.h"
 #include "apps/bench_run.h"
 
 namespace lamella::apps {
 
-// `title`: what was fitted. `knobs`: those of the bench, in its order.
+// `title`: what was fitted. `knobs`: those of the bench, in its order. `floors`: those that were
+// asked for.
 std::string bench_chart(const Bench& bench, const std::vector<Knob>& knobs,
-                        const std::string& title);
+                        const std::vector<Floor>& floors, const std::string& title);
 
 }  // namespace lamella::apps

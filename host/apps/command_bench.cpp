@@ -97,7 +97,8 @@ std::string write_tables(const BenchResult& result, const BenchPlan& plan, const
   if (!plan.knobs.empty() || plan.with_peers) {
     const std::string title = fmt::format("{}, {} x {} pixels", one_line(session.subject),
                                           session.left.width, session.left.height);
-    write_whole_text(folder / "bench.svg", bench_chart(result.bench, plan.knobs, title));
+    write_whole_text(folder / "bench.svg",
+                     bench_chart(result.bench, plan.knobs, result.floors, title));
     names += ", bench.svg";
   }
   if (!result.floors.empty()) {

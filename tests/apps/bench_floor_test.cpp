@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "apps/bench_chart.h"
 #include "apps/bench_floor_steps.h"
 #include "apps/bench_noise.h"
 #include "apps/run_lamella.h"
@@ -54,6 +55,16 @@ TEST(Floor, OfAnErrorThatShrinksUnderNoiseHasNoPartOfNoise) {
   EXPECT_EQ(apps::noise_law(floor.levels).due_to_noise, 0);
 }
 
+TEST(Floor, StandsBelowItsErrorOnThePageUnderTheNameOfWhatMakesIt) {
+  const apps::Bench bench{{2}, std::vector<double>(apps::bench_figures().size(), 0.59), {}, {}};
+  Floor noise = floor_of(0.59, 0.3, 0.4), model = floor_of(0.59, 0.4, 0.3);
+  noise.figure = 8;
+  model.figure = 10;
+  const std::string page = apps::bench_chart(bench, {}, {noise, model}, "head");
+  EXPECT_NE(page.find(">floor 50 %<"), std::string::npos) << page;
+  EXPECT_NE(page.find(">model 50 %<"), std::string::npos);
+}
+
 TEST(Floor, OfAFigureThatIsNotThereIsNotKnown) {
   Floor floor = floor_of(1, 0.3, 0.4);
   floor.levels[1].errors = {std::numeric_limits<double>::quiet_NaN()};
@@ -80,8 +91,8 @@ class FloorBench : public ::testing::Test {
   fs::path folder() const { return scratch_.path() / "session"; }
 
   // What stands in place of a truth is the default's own fit.
-  void make_session_with_truth() const {
-    testing::write_fake_session(folder(), {96, 128});
+  void make_session_with_truth(cv::Size size) const {
+    testing::write_fake_session(folder(), size);
     run_lamella({"fit", folder().string(), "--out", (folder() / "truth").string()});
   }
 
@@ -194,7 +205,7 @@ const StepCase kStepCases[] = {
      [](KnownScene* s) { turn(&s->normals.specular); }}};
 
 TEST_F(FloorBench, GivesAStepTheTruthOfAllButWhatItEstimates) {
-  make_session_with_truth();
+  make_session_with_truth({96, 128});
   const Session session = read_session(folder());
   const KnownScene scene = apps::know_scene(session, folder() / "truth");
   for (const StepCase& step_case : kStepCases) {
@@ -212,9 +223,9 @@ TEST_F(FloorBench, GivesAStepTheTruthOfAllButWhatItEstimates) {
 }
 
 TEST_F(FloorBench, WritesTheFloorBesideTheFitAtEveryLevelOfNoiseOrPrintsItAlone) {
-  make_session_with_truth();
+  make_session_with_truth({48, 64});
   const fs::path out = scratch_.path() / "bench";
-  const Outcome outcome = run_lamella({"bench", folder().string(), "--floor", "l_d", "--floor",
+  const Outcome outcome = run_lamella({"bench", folder().string(), "--floor", "p", "--floor",
                                        "specular normal", "--rounds", "2", "--out", out.string()});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   v1::Bench report;
@@ -224,7 +235,7 @@ TEST_F(FloorBench, WritesTheFloorBesideTheFitAtEveryLevelOfNoiseOrPrintsItAlone)
   EXPECT_LT(report.floors(0).error(), 0.1);  // the truth is the fit itself
   ASSERT_EQ(report.floors(0).levels_size(), 3);
   EXPECT_NE(report.floors(1).levels(0).errors(0), report.floors(1).levels(2).errors(0));
-  EXPECT_NE(read_text(out / "floor.csv").find("\nld_rel_error,,"), std::string::npos);
+  EXPECT_NE(read_text(out / "floor.csv").find("\np_l1,,"), std::string::npos);
   EXPECT_FALSE(fs::exists(out / "floor"));
   const std::set<std::string> before = scratch_.contents();
   setenv("TMPDIR", scratch_.path().c_str(), 1);

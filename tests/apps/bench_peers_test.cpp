@@ -3,6 +3,7 @@
 
 #include <cstdlib>
 #include <fstream>
+#include <memory>
 
 #include "apps/bench_chart.h"
 #include "apps/bench_figures.h"
@@ -54,7 +55,7 @@ TEST(Peers, AreMarkedOnThePageWhereTheirErrorIsKnown) {
   Peer peer = slow_peer();
   peer.figures[8] = std::numeric_limits<double>::quiet_NaN();
   apps::Bench bench{{2}, all_figures(0.1), {}, {peer, missing_peer()}};
-  const std::string page = apps::bench_chart(bench, {}, "head");
+  const std::string page = apps::bench_chart(bench, {}, {}, "head");
   EXPECT_NE(page.find("deep albedo 40 %"), std::string::npos);
   EXPECT_EQ(page.find("l_d 40 %"), std::string::npos);
   EXPECT_EQ(page.find("nan"), std::string::npos);
@@ -63,13 +64,16 @@ TEST(Peers, AreMarkedOnThePageWhereTheirErrorIsKnown) {
 
 class PeerCommand : public ::testing::Test {
  protected:
-  PeerCommand() {
+  // What stands in place of a truth is the default's own fit.
+  static void SetUpTestSuite() {
+    shared_ = std::make_unique<testing::ScratchFolder>();
     testing::write_fake_session(session(), {96, 128});
     run_lamella({"fit", session().string(), "--out", truth().string()});
   }
+  static void TearDownTestSuite() { shared_.reset(); }
 
-  fs::path session() const { return scratch_.path() / "session"; }
-  fs::path truth() const { return session() / "truth"; }
+  static fs::path session() { return shared_->path() / "session"; }
+  static fs::path truth() { return session() / "truth"; }
 
   // With `python3` a script of these lines, or whatever the machine has.
   v1::Bench bench_with(const std::string& python) const {
@@ -94,8 +98,11 @@ class PeerCommand : public ::testing::Test {
     return report;
   }
 
+  static std::unique_ptr<testing::ScratchFolder> shared_;
   testing::ScratchFolder scratch_;
 };
+
+std::unique_ptr<testing::ScratchFolder> PeerCommand::shared_;
 
 // Here the peer's fit is the truth itself.
 TEST_F(PeerCommand, CountsAPeersSecondsByItsOwnReportAndItsErrorsByTheFiguresOfOurs) {

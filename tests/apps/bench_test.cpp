@@ -104,7 +104,7 @@ TEST(Bench, LeavesAFigureThatAFitDoesNotHaveEmptyInItsTableAndOutOfItsPage) {
   EXPECT_NE(apps::bench_csv(bench).find("bin_px,2,0,1,2,0.5,0.5,,0.5"), std::string::npos)
       << apps::bench_csv(bench);
   const std::string page = apps::bench_chart(
-      bench, {{"bin_px", "pixels", {{"1", {}}, {"2", bench.points[1].quality}}}}, "a < b");
+      bench, {{"bin_px", "pixels", {{"1", {}}, {"2", bench.points[1].quality}}}}, {}, "a < b");
   EXPECT_EQ(page.find("nan"), std::string::npos);
   EXPECT_NE(page.find("a &lt; b"), std::string::npos);
 }
