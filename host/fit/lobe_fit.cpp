@@ -322,7 +322,7 @@ std::vector<RegionFit> fit_lobes(const std::vector<LobeSample>& samples,
     const std::vector<Blocks> equations = equations_of(samples, fits);
     const Equations face = whole_face(equations);
     for (size_t r = 0; r < fits.size(); ++r) {
-      found[r] = apply(solve(total(equations[r]), face), &fits[r]);
+      found[r] = face.samples > 0 && apply(solve(total(equations[r]), face), &fits[r]);
       set_table(&fits[r]);
       if (round + 1 < rounds) continue;
       set_deviations(equations[r], face, &fits[r]);

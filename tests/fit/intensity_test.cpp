@@ -105,5 +105,16 @@ TEST(Intensity, IsTheSameToTheLastBitWhicheverThreadTakesARow) {
   EXPECT_EQ(other_rows, 0);
 }
 
+// Failure: a negative reflectance, or one whose confidence is the quotient of nothing.
+TEST(Intensity, OfNegativeLightIsNothing) {
+  Skin skin = plain_skin();
+  for (AnalyserPair* pair : {&skin.burst.full, &skin.burst.front}) {
+    pair->parallel = pair->cross * 0.9;
+  }
+  const IntensityMap map = estimate_intensity(skin.burst, skin.responses, skin.fits);
+  for (const float c : map.c) EXPECT_EQ(c, 0);
+  for (const float confidence : map.confidence) EXPECT_TRUE(confidence >= 0 && confidence <= 1);
+}
+
 }  // namespace
 }  // namespace lamella::fit
