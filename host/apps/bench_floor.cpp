@@ -174,8 +174,11 @@ std::vector<size_t> figures_named(const std::vector<std::string>& names) {
   return chosen;
 }
 
-void require_quieter(const FloorPlan& plan, const Session& session) {
+void require_floors(const FloorPlan& plan, const Session& session) {
+  if (plan.figures.empty()) return;
+  require_noise(session);
   for (const Session& quieter : plan.quieter) require_same_subject(quieter, session);
+  read_truth(session.path / "truth", session);
 }
 
 std::vector<Floor> run_floors(const Session& session, const FloorPlan& plan,

@@ -56,8 +56,9 @@ struct FloorPlan {
   int draws = 1;                 // of the noise that is added, at each level
 };
 
-// Throws Error where one of `plan.quieter` is of another subject than `session`, or not quieter.
-void require_quieter(const FloorPlan& plan, const Session& session);
+// Before anything is fitted: throws Error where the truth of `session` is not whole, its cameras
+// state no noise, or one of `plan.quieter` is of another subject or not quieter.
+void require_floors(const FloorPlan& plan, const Session& session);
 
 // Floors of `session` at its own noise, with noise added to twice and four times its variance, and
 // in the photographs of the quieter ones. `fit_figures`: of the whole fit, as bench_figures().

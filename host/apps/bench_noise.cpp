@@ -37,12 +37,14 @@ void add_noise(const Camera& camera, double times, uint64_t seed, Image3* stored
   }
 }
 
-void make_noisier(double times, const Session& session, Camera* camera) {
-  if (!(noise_variance(*camera, 1) > 0)) {
-    throw_bad_input((session.path / "session.json").string(),
-                    "camera " + camera->id + " states no noise, so there is none to multiply",
-                    "give read_noise and full_well_electrons");
-  }
+void require_noise_of(const Camera& camera, const Session& session) {
+  if (noise_variance(camera, 1) > 0) return;
+  throw_bad_input((session.path / "session.json").string(),
+                  "camera " + camera.id + " states no noise, so there is none to multiply",
+                  "give read_noise and full_well_electrons");
+}
+
+void make_noisier(double times, Camera* camera) {
   camera->read_noise *= times;
   camera->full_well_electrons /= times * times;
 }
@@ -53,8 +55,8 @@ Session noisier_session(const Session& session, double times, uint64_t seed,
                         const fs::path& folder) {
   Session noisier = session;
   noisier.path = folder;
-  make_noisier(times, session, &noisier.left);
-  if (noisier.right) make_noisier(times, session, &*noisier.right);
+  make_noisier(times, &noisier.left);
+  if (noisier.right) make_noisier(times, &*noisier.right);
   if (!session.regions_file.empty()) {
     noisier.regions_file = fs::absolute(session.path / session.regions_file).string();
   }
@@ -68,6 +70,11 @@ Session noisier_session(const Session& session, double times, uint64_t seed,
     write_exr_rgb(folder / frame.file, stored);
   });
   return noisier;
+}
+
+void require_noise(const Session& session) {
+  require_noise_of(session.left, session);
+  if (session.right) require_noise_of(*session.right, session);
 }
 
 double noise_against(const Session& session, const Session& reference) {

@@ -114,7 +114,7 @@ void run_bench_command(const BenchArguments& args) {
   const fs::path place = place_of(args);
   abandon_outputs_on_interrupt();
   const Session session = read_session(args.session);
-  require_quieter(floors, session);
+  require_floors(floors, session);
   clear_half_written_beside(place);
   WholeFolder folder(place, "bench.json");
   BenchResult result;

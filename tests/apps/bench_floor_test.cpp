@@ -149,7 +149,7 @@ TEST_F(FloorBench, LeavesClippedWhatWasAndRefusesACameraThatStatesNoNoise) {
   const Session noisier = apps::noisier_session(session, 2, 7, scratch_.path() / "noisier");
   EXPECT_EQ(read_exr_rgb(noisier.path / noisier.frames[0].file)(5, 7), Vec3(2, 2, 2));
   session.left.read_noise = session.left.full_well_electrons = 0;
-  EXPECT_THROW(apps::noisier_session(session, 2, 7, scratch_.path() / "noisier"), Error);
+  EXPECT_THROW(apps::require_noise(session), Error);
 }
 
 // All that a step has found, as text.
