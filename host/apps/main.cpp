@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "apps/commands.h"
+#include "apps/process_heap.h"
 #include "apps/report.h"
 #include "base/error.h"
 #include "io/link_client.h"
@@ -72,4 +73,7 @@ int run(int argc, char** argv) {
 
 }  // namespace
 
-int main(int argc, char** argv) { return end_report(run(argc, argv)); }
+int main(int argc, char** argv) {
+  apps::keep_heap();
+  return end_report(run(argc, argv));
+}
