@@ -105,11 +105,15 @@ class Burst:
             if not frame["role"].startswith("GRADIENT"):
                 image = image @ tint.T
             self.images[frame["role"], frame.get("index", 0), frame["analyser"]] = image
-        regions = manifest["regions"]
-        self.labels = cv2.imread(str(folder / regions["file"]), cv2.IMREAD_UNCHANGED)
-        self.names = regions["names"]
         self.black = self.cross("BLACK")
         self.lit = self.cross("FRONT") - self.black
+        if "regions" in manifest:
+            file, self.names = manifest["regions"]["file"], manifest["regions"]["names"]
+            self.labels = cv2.imread(str(folder / file), cv2.IMREAD_UNCHANGED)
+        else:
+            light = cv2.GaussianBlur(self.lit.mean(-1), (0, 0), 2)
+            self.labels = (light > 0.05 * np.percentile(light, 98)).astype(np.uint8)
+            self.names = ["background", "face"]
 
     def cross(self, role, index=0):
         return self.images[role, index, "CROSS"]
