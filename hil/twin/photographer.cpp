@@ -4,12 +4,14 @@
 
 #include "base/parallel.h"
 #include "twin/patterns.h"
+#include "twin/random.h"
 #include "twin/rig.h"
 
 namespace lamella::twin {
 
 namespace {
 
+constexpr uint64_t kLedSpreadSeed = 0x1ed5;  // apart from the sensor's and the skin's
 const Vec3 kDriftDirection = unit({0.7f, -0.6f, 0.4f});
 
 // Sessions of another skin than the usual say so in their subject.
@@ -55,12 +57,26 @@ Photographer::Photographer(const Options& options) : Photographer(at_rest(option
 
 void Photographer::set_drift(double mm) { drift_mm_ = kDriftDirection * float(mm); }
 
+void Photographer::set_led_spread(double share, uint64_t seed) {
+  led_gains_.clear();
+  if (!(share > 0)) return;
+  Random random(mix_bits(seed + kLedSpreadSeed));
+  float sum = 0;
+  for (size_t i = 0; i < rig_.stage.leds().size(); ++i) {
+    led_gains_.push_back(std::max(0.f, 1 + float(share) * random.normal()));
+    sum += led_gains_.back() / float(rig_.stage.leds().size());
+  }
+  for (float& gain : led_gains_) gain /= sum;
+}
+
 Photographer Photographer::moved(const Vec3& by_mm) const {
   Session rig = rig_;
   for (Camera* camera : {&rig.left, &*rig.right, &rig.projector}) {
     camera->translation_mm += camera->cam_from_rig * Vec3d(by_mm);
   }
-  return {body_, std::move(rig), projector_distance_mm_};
+  Photographer there(body_, std::move(rig), projector_distance_mm_);
+  there.led_gains_ = led_gains_;
+  return there;
 }
 
 Receivers Photographer::see(const Camera& camera) const {

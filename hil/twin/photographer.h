@@ -43,6 +43,11 @@ class Photographer {
   void set_drift(double mm);
   Vec3 drift_mm() const { return drift_mm_; }
 
+  // Every LED shines by another gain than the session's calibration has it: of mean 1, normal with
+  // this relative deviation.
+  void set_led_spread(double share, uint64_t seed);
+  const std::vector<float>& led_gains() const { return led_gains_; }
+
   const Session& rig() const { return rig_; }
   const Subject& subject() const { return body_->subject; }
   const std::array<Skin, kRegionCount>& skins() const { return body_->skins; }
@@ -100,6 +105,7 @@ class Photographer {
   std::vector<std::array<Vec2, 4>> pattern_places_;
   Receivers left_, right_;
   Vec3 drift_mm_{0, 0, 0};
+  std::vector<float> led_gains_;  // empty: as calibrated
 };
 
 }  // namespace lamella::twin

@@ -12,12 +12,6 @@ namespace {
 constexpr size_t kMostRemembered = 48;  // states of both cameras
 constexpr double kNothing = 1e-7;       // share of S below any digit of the sensor
 
-std::vector<float> levels_of(const LightState& light) {
-  std::vector<float> levels;
-  for (uint16_t code : light.codes) levels.push_back(float(code) / 4095.f);
-  return levels;
-}
-
 }  // namespace
 
 LightState led_state(const std::vector<float>& levels) {
@@ -61,6 +55,16 @@ Image3 Studio::emitted_by(const LightState& light) const {
     default:
       return emitted(even_pattern(rig, 0.f));
   }
+}
+
+// What the LEDs really shine by.
+std::vector<float> Studio::levels_of(const LightState& light) const {
+  const std::vector<float>& gains = photographer_.led_gains();
+  std::vector<float> levels;
+  for (size_t i = 0; i < light.codes.size(); ++i) {
+    levels.push_back(float(light.codes[i]) / 4095.f * (gains.empty() ? 1.f : gains[i]));
+  }
+  return levels;
 }
 
 PatchLight Studio::light_on_surface(const LightState& light) const {

@@ -42,6 +42,7 @@ class Studio {
   };
 
   Seen& seen(int camera, const LightState& light);
+  std::vector<float> levels_of(const LightState& light) const;
   PatchLight light_on_surface(const LightState& light) const;
   Radiance polarized(int camera, const LightState& light) const;
   Image3 emitted_by(const LightState& light) const;

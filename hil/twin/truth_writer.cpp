@@ -105,6 +105,7 @@ void write_layers(const fs::path& file, const Photographer& photographer,
   layers["ior"] = kIor;
   const Vec3 drift = photographer.drift_mm();
   if (length(drift) > 0) layers["motion"] = {{"drift_mm", {drift[0], drift[1], drift[2]}}};
+  if (!photographer.led_gains().empty()) layers["led_strengths"] = photographer.led_gains();
   write_whole_text(file, json_text(layers, 1));
 }
 

@@ -24,12 +24,13 @@ namespace lamella::apps {
 namespace {
 
 constexpr double kMostDriftMm = 10;
+constexpr double kMostSpreadPercent = 30;
 
 struct TwinArguments {
   twin::Photographer::Options subject;
   std::string socket;
   fs::path out, truth_out, calibration_out;
-  double drift_mm = 0;
+  double drift_mm = 0, led_spread = 0;
   bool no_burst = false;
   bool json = false;
 };
@@ -64,6 +65,10 @@ void check(const TwinArguments& a) {
   if (!(a.drift_mm >= 0 && a.drift_mm <= kMostDriftMm)) {
     throw_bad_input("--drift", fmt::format("{:g} mm", a.drift_mm),
                     fmt::format("give a number from 0 to {:g}", kMostDriftMm));
+  }
+  if (!(a.led_spread >= 0 && a.led_spread <= kMostSpreadPercent)) {
+    throw_bad_input("--led-spread", fmt::format("{:g} %", a.led_spread),
+                    fmt::format("give a number from 0 to {:g}", kMostSpreadPercent));
   }
   if (a.drift_mm > 0 && a.out.empty()) {
     throw_bad_input("--drift", "is of --out", "give --out with it");
@@ -130,6 +135,7 @@ void run_twin(const TwinArguments& a) {
   }
   twin::Photographer photographer(subject_of(a));
   photographer.set_drift(a.drift_mm);
+  photographer.set_led_spread(a.led_spread / 100, a.subject.seed);
   twin::Studio studio(photographer, a.subject.seed);
   if (!a.calibration_out.empty()) write_calibration(a.calibration_out, photographer.rig());
   if (session) {
@@ -176,6 +182,12 @@ void add_twin(const Command& app, int*) {
                   fmt::format("Of --out: mm that the subject moves evenly during the burst, to the "
                               "right, down and towards the cameras, 0 to {:g}",
                               kMostDriftMm))
+      .shows_default();
+  command
+      .add_option("--led-spread", a->led_spread,
+                  fmt::format("% by which the LEDs' strengths are off their calibration, one "
+                              "deviation, 0 to {:g}",
+                              kMostSpreadPercent))
       .shows_default();
   command.add_option("--out", a->out, "Folder of the new session");
   command.add_option("--serve", a->socket, "Local socket on which to answer a simulated rig");

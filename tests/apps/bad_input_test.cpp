@@ -235,11 +235,13 @@ TEST_F(Command, ListsTheSkinsThatTheTwinKnowsToWhoeverAsksForAnother) {
           {"--skin: \"green\"; the twin knows layered, one_layer, no_single, dark and light"});
 }
 
-TEST_F(Command, DriftsTheTwinsSubjectOnlyInASessionAndOnlySoFar) {
+TEST_F(Command, DriftsTheTwinsSubjectAndSpreadsItsLedsOnlySoFar) {
   refused({"twin", "--drift", "11", "--scale", "0.1", "--out", in("s")}, 2,
           {"--drift: 11 mm; give a number from 0 to 10"});
   refused({"twin", "--drift", "1", "--scale", "0.1", "--truth-out", in("s")}, 2,
           {"--drift: is of --out; give --out with it"});
+  refused({"twin", "--led-spread", "31", "--scale", "0.1", "--out", in("s")}, 2,
+          {"--led-spread: 31 %; give a number from 0 to 30"});
 }
 
 TEST_F(Command, NamesThePlaceOfWhatTheDiskDoesNotTakeAndLeavesNothing) {

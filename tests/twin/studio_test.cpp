@@ -108,6 +108,22 @@ TEST(MovedSubject, IsAsBrightUnderTheProjectorAsItsDistanceHasIt) {
   EXPECT_NEAR(moved.projector().strength(place), 1e6 / (860. * 860.), 1e-4);
 }
 
+TEST(SpreadLeds, AreOffTheirCalibrationByTheirDeviationAndOneOnAverage) {
+  Photographer head = small_head().moved({0, 0, 0});
+  head.set_led_spread(0.03, 5);
+  const std::vector<float>& gains = head.led_gains();
+  ASSERT_EQ(gains.size(), 150u);
+  double sum = 0, square = 0;
+  for (float gain : gains) sum += double(gain) / 150, square += std::pow(double(gain) - 1, 2) / 150;
+  EXPECT_NEAR(sum, 1, 1e-5);
+  EXPECT_NEAR(std::sqrt(square), 0.03, 0.006);
+  EXPECT_EQ(head.moved({1, 0, 0}).led_gains(), gains);
+  const Image3 spread = Studio(head, 1).radiance({0, {{full_light(), 0.0, 0.5}}});
+  const Image3 even = Studio(small_head(), 1).radiance({0, {{full_light(), 0.0, 0.5}}});
+  EXPECT_GT(difference(spread, even), 1e-4);
+  EXPECT_LT(difference(spread, even), 0.02);
+}
+
 TEST(Head, IsASolidWithEveryRegionInSight) {
   const Receivers& r = small_head().receivers(Eye::kLeft);
   std::array<int, kRegionCount + 1> count{};
