@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <tbb/parallel_invoke.h>
 
+#include <cmath>
 #include <cstdio>
 #include <map>
 #include <memory>
@@ -97,6 +98,24 @@ void print_motion(const v1::Motion& motion) {
   }
 }
 
+void print_led_gains(const v1::LedGains& gains) {
+  if (gains.gradient_size() != 3) return;
+  fmt::print("LEDs against their calibration:");
+  for (int a = 0; a < 3; ++a) {
+    fmt::print(" {} {:+.2f} +- {:.2f} %,", "XYZ"[a], 100 * gains.gradient(a),
+               100 * gains.gradient_stddev(a));
+  }
+  int largest = 0;
+  for (int i = 1; i < gains.low_order_size(); ++i) {
+    if (std::abs(gains.low_order(i)) > std::abs(gains.low_order(largest))) largest = i;
+  }
+  fmt::print(
+      " gradients over full: {}; largest low order over the sphere {:+.1f} +- {:.1f} %; "
+      "errors of single LEDs are not observable\n",
+      gains.mended() ? "mended" : "left as they are", 100 * gains.low_order(largest),
+      100 * gains.low_order_stddev(largest));
+}
+
 void print_summary(const v1::Layers& layers, const fs::path& out, double total_s) {
   size_t width = 12;
   for (const v1::Region& r : layers.regions()) width = std::max(width, one_line(r.name()).size());
@@ -120,6 +139,7 @@ void print_summary(const v1::Layers& layers, const fs::path& out, double total_s
   }
   print_reasons(layers);
   print_motion(layers.motion());
+  print_led_gains(layers.led_gains());
   fmt::print("\nwrote {} in {:.2f} s\n", out.string(), total_s);
 }
 

@@ -7,6 +7,7 @@
 #include "fit/depth_relax.h"
 #include "fit/diffuse_moments.h"
 #include "fit/gradient_inversion.h"
+#include "fit/led_witnesses.h"
 #include "fit/occlusion.h"
 #include "fit/specular_normals.h"
 
@@ -137,6 +138,32 @@ void invert_pixels(const DiffuseField& field, Normals* n) {
   });
 }
 
+// 2 G - C of a gradient that is too bright by its gain.
+void mend_gradients(const LedGains& gains, cv::Mat_<DiffuseMoments>* moments) {
+  parallel_for(moments->rows, [&](int y) {
+    for (int x = 0; x < moments->cols; ++x) {
+      DiffuseMoments& m = (*moments)(y, x);
+      for (int c = 0; c < 3; ++c) {
+        for (int a = 0; a < 3; ++a) {
+          float& moment = m[4 * c + 1 + a];
+          moment = (moment + m[4 * c]) / gains.mended_gain(size_t(a)) - m[4 * c];
+        }
+      }
+    }
+  });
+}
+
+// The burst's own photographs where nothing is mended.
+Burst mended_gradients(const Burst& burst, const LedGains& gains) {
+  Burst mended = burst;
+  if (!gains.is_mended) return mended;
+  for (size_t a = 0; a < 3; ++a) {
+    const double inverse = 1 / double(gains.mended_gain(a));
+    mended.gradient[a] = {burst.gradient[a].parallel * inverse, burst.gradient[a].cross * inverse};
+  }
+  return mended;
+}
+
 }  // namespace
 
 // Depth was carried over gaps along rough normals, shadows and all: do it again with better ones,
@@ -172,7 +199,7 @@ Normals estimate_normals(const Burst& burst, Geometry* geometry) {
 
   const Image1 distance_mm = distances(burst, geometry->scene_mm);
   const float px_mm = pixel_size_mm(burst);
-  const cv::Mat_<DiffuseMoments> moments = diffuse_moments(burst, distance_mm, px_mm);
+  cv::Mat_<DiffuseMoments> moments = diffuse_moments(burst, distance_mm, px_mm);
   const LightStage& stage = burst.session->stage;
   std::vector<OcclusionAtNode> occlusion;
   Surroundings around = place_nodes(geometry->position_mm, stage);
@@ -181,13 +208,21 @@ Normals estimate_normals(const Burst& burst, Geometry* geometry) {
   Image3 normal_at_nodes(size, nowhere);
   invert_nodes(field, &normal_at_nodes);
   look_around(geometry->scene_mm, normal_at_nodes, stage, &around);
-  for (int round = 0; round < burst.quality.occlusion_rounds; ++round) {
+  const auto look_at_shadows = [&](int round) {
     if (round > 0) invert_nodes(field, &normal_at_nodes);
     occlusion = occlusion_at_nodes(around, stage, geometry->position_mm, normal_at_nodes, moments);
+  };
+  for (int round = 0; round < burst.quality.occlusion_rounds; ++round) look_at_shadows(round);
+  n.led_gains =
+      estimate_led_gains(stage, led_witnesses(burst, *geometry, around, occlusion, moments));
+  if (n.led_gains.is_mended) {
+    mend_gradients(n.led_gains, &moments);
+    look_at_shadows(burst.quality.occlusion_rounds);
   }
   invert_pixels(field, &n);
   merge_with_normals(burst, n.diffuse[1], geometry);
-  n.specular = add_specular_detail(burst, {geometry->to_camera, distance_mm, px_mm}, n.diffuse[2]);
+  n.specular = add_specular_detail(mended_gradients(burst, n.led_gains),
+                                   {geometry->to_camera, distance_mm, px_mm}, n.diffuse[2]);
   n.specular_confidence = n.diffuse_confidence.clone();
   return n;
 }

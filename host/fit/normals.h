@@ -3,6 +3,7 @@
 #pragma once
 
 #include "fit/geometry.h"
+#include "fit/led_gains.h"
 
 namespace lamella::fit {
 
@@ -12,6 +13,7 @@ struct Normals {
   Image1 specular_confidence;     // 0 to 1
   Image1 diffuse_confidence;
   Image1 ambient_visibility;  // share of the LED light (cosine-weighted) that reaches the pixel
+  LedGains led_gains;
 };
 
 // Also improves `geometry` where the normals know better than stereo (Nehab et al. 2005).

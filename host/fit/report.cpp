@@ -96,6 +96,14 @@ void put_single_layer(const std::array<SingleLayer, 3>& from, v1::Region* region
   }
 }
 
+void put_led_gains(const LedGains& from, v1::LedGains* to) {
+  put(to->mutable_gradient(), from.gradient);
+  put(to->mutable_gradient_stddev(), from.gradient_stddev);
+  put(to->mutable_low_order(), from.low_order);
+  put(to->mutable_low_order_stddev(), from.low_order_stddev);
+  to->set_mended(from.is_mended);
+}
+
 // Also a line of the check, where a mesh is not all that it should be.
 void report_source(const Burst& burst, const Mask& measured, LayeredFit* fit) {
   const Mask labelled = burst.regions > 0;
@@ -150,6 +158,7 @@ void report_geometry(const Burst& burst, const Geometry& geometry, LayeredFit* f
 }
 
 void report_normals(const Normals& normals, LayeredFit* fit) {
+  if (normals.led_gains.is_known) put_led_gains(normals.led_gains, fit->layers.mutable_led_gains());
   fit->maps.normal_specular = normals.specular;
   fit->maps.normal_diffuse = normals.diffuse;
   put_confidence("normal_specular", normals.specular_confidence, fit);

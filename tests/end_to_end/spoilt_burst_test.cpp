@@ -142,6 +142,20 @@ TEST_F(HardCase, ASubjectThatDriftsIsFittedWhereItIsOnAverage) {
   EXPECT_LT(difference(found.maps.deep_ld_mm, rest.deep_ld_mm, 0.5), 0.02);
 }
 
+TEST_F(HardCase, AGradientThatIsTooBrightIsFoundAndMended) {
+  SpoiltSession session = spoilt();
+  session.change_photographs([&](Json& frame, Image3* image) {
+    if (session.is(frame, "GRADIENT_X")) *image *= 1.05f;
+  });
+  const fit::LayeredFit found = session.fitted();
+  EXPECT_FALSE(whole->layers.led_gains().mended());
+  EXPECT_TRUE(found.layers.led_gains().mended());
+  EXPECT_NEAR(found.layers.led_gains().gradient(0), 0.05, 0.005);
+  const LayerMaps& rest = whole->maps;
+  EXPECT_LT(difference(found.maps.normal_diffuse[0], rest.normal_diffuse[0], 0.5), 0.006);
+  EXPECT_LT(difference(found.maps.normal_specular, rest.normal_specular, 0.5), 0.006);
+}
+
 TEST_F(HardCase, ASubjectAtRestIsLeftAsItIs) {
   EXPECT_FALSE(whole->layers.motion().mended());
   EXPECT_EQ(whole->layers.motion().frames_size(), 20);
