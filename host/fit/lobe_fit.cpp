@@ -333,4 +333,29 @@ std::vector<RegionFit> fit_lobes(const std::vector<LobeSample>& samples,
   return fits;
 }
 
+void share_single(std::vector<RegionFit>* fits) {
+  for (size_t c = 0; c < 3; ++c) {
+    double sum = 0, squares = 0, weight = 0;
+    for (const RegionFit& fit : *fits) {
+      if (!fit.single.fitted) continue;
+      const double a = fit.single.amplitude[c];
+      const double w = 1 / std::pow(std::max(1e-9, fit.single.amplitude_stddev[c]), 2);
+      sum += w * a;
+      squares += w * a * a;
+      weight += w;
+    }
+    if (weight == 0) return;
+    const double mean = sum / weight;
+    const double spread = std::sqrt(std::max(0.0, squares / weight - mean * mean));
+    for (RegionFit& fit : *fits) {
+      if (!fit.single.fitted) continue;
+      fit.single.amplitude[c] = mean;
+      fit.single.amplitude_stddev[c] = std::hypot(spread, 1 / std::sqrt(weight));
+      fit.single.why =
+          "kept: one amplitude for all regions, as those that were found by colour "
+          "and gloss do not tell it apart";
+    }
+  }
+}
+
 }  // namespace lamella::fit

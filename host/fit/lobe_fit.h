@@ -38,4 +38,8 @@ std::vector<double> lobe_values(const Mixture& mixture, const std::vector<double
 // 0 to pi/4 in half degrees.
 std::vector<double> lobe_angles();
 
+// One amplitude a channel for all regions that show single scattering: their mean by inverse
+// variance, its deviation how far they are from it.
+void share_single(std::vector<RegionFit>* fits);
+
 }  // namespace lamella::fit

@@ -71,6 +71,7 @@ SpecularFit fit_specular(const Burst& burst, const Geometry& geometry, const Nor
         collect_samples(burst, geometry, normals, visibility,
                         {skins_of(fits, asymmetry.mean_g()), samples_per_region});
     fits = fit_lobes(collected, fits, burst.quality.lobe_rounds);
+    if (!burst.has_given_regions && fits.size() > 1) share_single(&fits);
     asymmetry = estimate_asymmetry(fits);
   }
   SpecularFit out;

@@ -159,8 +159,9 @@ TEST_F(HardCase, AMirroredFaceOfOtherColoursIsTheSameFaceMirrored) {
   EXPECT_LT(difference(ld_mm, whole->maps.deep_ld_mm, 0.5), 0.02);
 }
 
-// Failure: one lobe and one length for all of a face. The same again from what the fit wrote.
-TEST_F(HardCase, WithoutRegionsTheyAreFoundAndGivenBackTheyAreTheSameFitByteForByte) {
+// Failure: one lobe and one length for all of a face. Regions that somebody gives may each have an
+// amplitude of single scattering, and c is what that leaves.
+TEST_F(HardCase, WithoutRegionsTheyAreFoundAndGivenBackTheyDifferInSingleScatteringAlone) {
   SpoiltSession session = spoilt();
   session.manifest.erase("regions");
   const fit::LayeredFit found = session.fitted();
@@ -175,6 +176,7 @@ TEST_F(HardCase, WithoutRegionsTheyAreFoundAndGivenBackTheyAreTheSameFitByteForB
   session.set_regions(found.maps.regions);
   const auto again = maps_of(session.fitted().maps);
   for (const auto& [name, map] : maps_of(found.maps)) {
+    if (name == "specular_intensity" || name == "single_albedo") continue;
     EXPECT_EQ(pixels_that_differ(again.at(name), map), "") << name;
   }
 }

@@ -40,5 +40,26 @@ TEST(PhaseAsymmetry, WithoutSingleScatteringIsTheTypicalOneWithALargeDeviation) 
   EXPECT_GE(a.g_stddev[0], 0.1);
 }
 
+RegionFit with_single(double amplitude, double stddev) {
+  RegionFit fit = prior_region_fit();
+  fit.single.fitted = amplitude > 0;
+  fit.single.amplitude.fill(amplitude);
+  fit.single.amplitude_stddev.fill(stddev);
+  return fit;
+}
+
+// Failure: a region that is seen badly has an amplitude of its own, and its c and lobe follow it.
+TEST(SharedSingle, IsTheMeanByInverseVarianceOfTheRegionsThatShowAny) {
+  std::vector<RegionFit> fits{with_single(0.068, 0.001), with_single(0.048, 0.003),
+                              with_single(0, 0.05)};
+  share_single(&fits);
+  EXPECT_NEAR(fits[0].single.amplitude[1], 0.066, 1e-6);
+  EXPECT_NEAR(fits[1].single.amplitude[1], 0.066, 1e-6);
+  EXPECT_GT(fits[1].single.amplitude_stddev[1], 0.005);
+  EXPECT_TRUE(fits[1].single.why.starts_with("kept: ")) << fits[1].single.why;
+  EXPECT_EQ(fits[2].single.amplitude[1], 0);
+  EXPECT_TRUE(fits[2].single.why.empty());
+}
+
 }  // namespace
 }  // namespace lamella::fit

@@ -98,6 +98,7 @@ class SpherePhotographer {
     const cv::Size size(kSize, kSize);
     const Vec3 nowhere(kNaN, kNaN, kNaN);
     s->burst.regions = Labels(size, 0);
+    s->burst.has_given_regions = true;
     for (int i = 0; i <= regions; ++i)
       s->burst.region_names.push_back("region" + std::to_string(i));
     for (AnalyserPair* pair : {&s->burst.full, &s->burst.front}) {
