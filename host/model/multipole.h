@@ -29,7 +29,7 @@ inline SourcePair<Real> source_pair(const Multipole<Real>& m, int i) {
   const Real top = 2.0 * kBoundaryFactor * l / 3.0;
   const Real bottom = 2.0 * l / 3.0;
   const Real shift = 2.0 * i * (m.thickness_mm + top + bottom);
-  return {shift + l, shift - l - 2.0 * top};
+  return {shift + l, Real(shift - l - 2.0 * top)};
 }
 
 // R(r) per mm^2, sources i = -half_count .. half_count. With half_count 0 it is eq. 7.
