@@ -121,6 +121,16 @@ TEST_F(FitCommand, FitsADraftAtTheSizeOfThePhotographsAndSaysWhatItSpent) {
   EXPECT_EQ(layers.quality().bin_px(), 2u);
 }
 
+TEST_F(FitCommand, RefusesALabelImageThatIsNotOfThisSessionAndLeavesNothing) {
+  const std::string png = (scratch_.path() / "painted.png").string();
+  cv::imwrite(png, cv::Mat1b(30, 24, uchar(1)));
+  const Outcome fit = run_lamella({"fit", session().string(), "--regions", png});
+  EXPECT_EQ(fit.exit_code, 2);
+  ASSERT_EQ(fit.complaints().size(), 1u) << fit.err;
+  EXPECT_NE(fit.err.find("painted.png: 24x30"), std::string::npos) << fit.err;
+  EXPECT_FALSE(fs::exists(session() / "fit"));
+}
+
 TEST_F(FitCommand, RefusesAQualityThatIsNoneAndNamesThem) {
   const std::set<std::string> before = scratch_.contents();
   const Outcome fit = run_lamella({"fit", session().string(), "--quality", "best"});
