@@ -124,18 +124,22 @@ v1::Bench message_from_bench(const Bench& bench, const Session& session) {
   return out;
 }
 
+// Eight wide; a figure that no region or map tells is a dash.
+std::string figure_percent(double share) {
+  return std::isfinite(share) ? fmt::format("{:>6.1f} %", 100 * share) : fmt::format("{:>8}", "-");
+}
+
 std::string bench_table(const Bench& bench) {
   std::string text = fmt::format("{:<18}{:>10}{:>11}{:>12}{:>15}{:>16}{:>8}{:>8}{:>8}{:>8}\n",
                                  "knob", "value", "seconds", "of default", "position, RMS",
                                  "specular normal", "c", "l_d", "deep", "R(r)");
   for (const BenchPoint& point : bench.points) {
     const std::vector<double>& f = point.figures;
-    text += fmt::format(
-        "{:<18}{:>10}{:>9.2f} s{:>12.2f}{:>12.3f} mm{:>12.2f} deg{:>6.1f} %{:>6.1f} %{:>6.1f} "
-        "%{:>6.1f} %{}\n",
-        point.knob, point.value, least(point.seconds), bench.relative_seconds(point), f[1], f[2],
-        100 * f[4], 100 * f[8], 100 * f[10], 100 * f[11],
-        is_default(point.quality) ? "  default" : "");
+    text +=
+        fmt::format("{:<18}{:>10}{:>9.2f} s{:>12.2f}{:>12.3f} mm{:>12.2f} deg{}{}{}{}{}\n",
+                    point.knob, point.value, least(point.seconds), bench.relative_seconds(point),
+                    f[1], f[2], figure_percent(f[4]), figure_percent(f[8]), figure_percent(f[10]),
+                    figure_percent(f[11]), is_default(point.quality) ? "  default" : "");
   }
   return text;
 }

@@ -77,6 +77,11 @@ void print_reasons(const v1::Layers& layers) {
   if (!lines.empty()) fmt::print("\n{}", lines);
 }
 
+std::string end_of_motion(const v1::Motion& motion) {
+  if (!motion.mended()) return "left as it is, as " + motion.why();
+  return motion.why().empty() ? "mended" : "mended in part, as " + motion.why();
+}
+
 // At rest, a line; else where it was at each photograph.
 void print_motion(const v1::Motion& motion) {
   if (motion.frames_size() == 0) {
@@ -86,8 +91,7 @@ void print_motion(const v1::Motion& motion) {
   fmt::print(
       "\nsubject's motion during the burst, across the left camera's axis: "
       "{:.3f} +- {:.3f} mm ({:.2f} px): {}\n",
-      motion.moved_mm(), motion.moved_mm_stddev(), motion.moved_px(),
-      motion.mended() ? "mended" : "left as it is, as " + motion.why());
+      motion.moved_mm(), motion.moved_mm_stddev(), motion.moved_px(), end_of_motion(motion));
   if (!motion.mended()) return;
   fmt::print("{:<24} {:>8} {:>23} {:>15}\n", "photograph", "time (s)", "moved x y z (mm)",
              "x y (px)");
@@ -99,8 +103,11 @@ void print_motion(const v1::Motion& motion) {
 }
 
 void print_led_gains(const v1::LedGains& gains) {
-  if (gains.gradient_size() != 3) return;
   fmt::print("LEDs against their calibration:");
+  if (gains.gradient_size() != 3) {
+    fmt::print(" not known, as {}\n", gains.why());
+    return;
+  }
   for (int a = 0; a < 3; ++a) {
     fmt::print(" {} {:+.2f} +- {:.2f} %,", "XYZ"[a], 100 * gains.gradient(a),
                100 * gains.gradient_stddev(a));
@@ -112,8 +119,8 @@ void print_led_gains(const v1::LedGains& gains) {
   fmt::print(
       " gradients over full: {}; largest low order over the sphere {:+.1f} +- {:.1f} %; "
       "errors of single LEDs are not observable\n",
-      gains.mended() ? "mended" : "left as they are", 100 * gains.low_order(largest),
-      100 * gains.low_order_stddev(largest));
+      gains.mended() ? "what is beyond three sigmas is mended" : "left as they are",
+      100 * gains.low_order(largest), 100 * gains.low_order_stddev(largest));
 }
 
 void print_summary(const v1::Layers& layers, const fs::path& out, double total_s) {
@@ -122,7 +129,8 @@ void print_summary(const v1::Layers& layers, const fs::path& out, double total_s
   fmt::print("{:<{}} {:>7} {:>17} {:>23} {:>23}\n", "region", width, "m (rad)", "l_d r g b (mm)",
              "alpha_dot r g b", "single r g b");
   for (const v1::Region& r : layers.regions()) {
-    fmt::print("{:<{}} {:>7.3f}", one_line(r.name()), width, r.specular().gaussian_m());
+    fmt::print("{:<{}}", one_line(r.name()), width);
+    if (r.has_specular()) fmt::print(" {:>7.3f}", r.specular().gaussian_m());
     if (r.deep().ld_mm_size() == 3) {
       fmt::print("  {:>5.2f} {:>4.2f} {:>4.2f}", r.deep().ld_mm(0), r.deep().ld_mm(1),
                  r.deep().ld_mm(2));
@@ -139,7 +147,7 @@ void print_summary(const v1::Layers& layers, const fs::path& out, double total_s
   }
   print_reasons(layers);
   print_motion(layers.motion());
-  print_led_gains(layers.led_gains());
+  if (layers.has_led_gains()) print_led_gains(layers.led_gains());
   fmt::print("\nwrote {} in {:.2f} s\n", out.string(), total_s);
 }
 
@@ -196,13 +204,23 @@ void write_fit(WholeFolder* folder, const Session& session, const Stopwatch& wat
 }
 
 // The subject's shape, where it is given; never out of what the fit replaces.
+void require_outside(const fs::path& file, const fs::path& out, const std::string& what) {
+  if (lies_in(file, out)) {
+    throw_bad_input(file.string(), "is in the folder that the fit replaces",
+                    "give another --out, or copy the " + what);
+  }
+}
+
 std::optional<TriangleMesh> mesh_of(const FitArguments& args, const fs::path& out) {
   if (args.mesh.empty()) return std::nullopt;
-  if (lies_in(args.mesh, out)) {
-    throw_bad_input(args.mesh.string(), "is in the folder that the fit replaces",
-                    "give another --out, or copy the mesh");
-  }
+  require_outside(args.mesh, out, "mesh");
   return read_mesh(args.mesh);
+}
+
+void take_regions(const FitArguments& args, const fs::path& out, Session* session) {
+  if (args.regions.empty()) return;
+  require_outside(args.regions, out, "image, and the .json beside it");
+  give_regions(args.regions, session);
 }
 
 int run_fit(const FitArguments& args) {
@@ -219,7 +237,7 @@ int run_fit(const FitArguments& args) {
   }
   const fit::Quality quality = quality_of(args, session);
   const std::optional<TriangleMesh> mesh = mesh_of(args, out);
-  if (!args.regions.empty()) give_regions(args.regions, &session);
+  take_regions(args, out, &session);
   clear_half_written_beside(out);
   WholeFolder folder(out, "layers.json");
   fit::LayeredFit fit =

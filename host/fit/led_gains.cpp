@@ -1,5 +1,7 @@
 #include "fit/led_gains.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -158,7 +160,11 @@ OpenMean open_mean(const std::vector<FarLed>& leds, const Vec3& n) {
 
 LedGains estimate_led_gains(const LightStage& stage, const std::vector<LedWitness>& witnesses) {
   LedGains gains;
-  if (witnesses.size() < kFewestWitnesses) return gains;
+  if (witnesses.size() < kFewestWitnesses) {
+    gains.why = fmt::format("{} places of skin tell, and {} are needed", witnesses.size(),
+                            kFewestWitnesses);
+    return gains;
+  }
   const std::vector<FarLed> leds = far_leds(stage);
   std::vector<Equation<LedGains::kOrders>> by_order(3 * witnesses.size());
   std::vector<Equation<3>> by_gradient(3 * witnesses.size());
@@ -182,8 +188,7 @@ LedGains estimate_led_gains(const LightStage& stage, const std::vector<LedWitnes
   for (size_t i = 0; i < 3; ++i) {
     gains.gradient[i] = gradients.value[int(i)];
     gains.gradient_stddev[i] = std::hypot(gradients.stddev[int(i)], kGradientModelError);
-    gains.is_mended =
-        gains.is_mended || std::abs(gains.gradient[i]) > kSigmasToMend * gains.gradient_stddev[i];
+    gains.is_mended = gains.is_mended || gains.beyond(i);
   }
   for (size_t i = 0; i < LedGains::kOrders; ++i) {
     gains.low_order[i] = orders.value[int(i)];
@@ -192,8 +197,12 @@ LedGains estimate_led_gains(const LightStage& stage, const std::vector<LedWitnes
   return gains;
 }
 
+bool LedGains::beyond(size_t axis) const {
+  return std::abs(gradient[axis]) > kSigmasToMend * gradient_stddev[axis];
+}
+
 float LedGains::mended_gain(size_t axis) const {
-  return is_mended ? float(1 + gradient[axis]) : 1.f;
+  return beyond(axis) ? float(1 + gradient[axis]) : 1.f;
 }
 
 }  // namespace lamella::fit

@@ -29,8 +29,11 @@ struct LedGains {
   std::array<double, kOrders> low_order{}, low_order_stddev{};
   bool is_known = false;   // there are witnesses enough
   bool is_mended = false;  // a gradient's gain is beyond three of its sigmas
+  std::string why;         // nothing is known
 
-  // What the frames of a gradient are divided by.
+  bool beyond(size_t axis) const;
+
+  // What the frames of a gradient are divided by: 1 where its gain is within its sigmas.
   float mended_gain(size_t axis) const;
 };
 

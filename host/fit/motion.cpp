@@ -17,6 +17,7 @@ constexpr double kSigmasOfMotion = 3;  // less than this is rest
 constexpr double kLeastMotionMm = 0.05;
 constexpr double kMostSigmaMm = 0.1;  // of the motion itself: worse than this it is not known
 constexpr double kSigmasOfJerk = 6;
+constexpr double kDepthError = 0.1;  // of mm per pixel: skin is nearer than the rig's origin
 
 // The left camera's frames in the order of their times, which do not depend on the manifest's.
 std::vector<const Frame*> frames_by_time(const Session& session) {
@@ -140,6 +141,7 @@ Motion estimate_motion(const Session& session, const Photographs& photographs,
   }
   put_extent(&motion);
   judge(&motion);
+  motion.moved_mm_stddev = std::hypot(motion.moved_mm_stddev, kDepthError * motion.moved_mm);
   for (size_t i = 0; i < shifts.size(); ++i) {
     const double off = motion.path.off_sigmas(shifts[i]);
     if (off < kSigmasOfJerk) continue;

@@ -23,6 +23,9 @@ v1::Motion message_from_motion(const Motion& motion) {
   v1::Motion out;
   out.set_mended(motion.is_mended);
   out.set_why(motion.why);
+  if (motion.is_mended && motion.moved_mm > kMostMendedMm) {
+    out.set_why(fmt::format("at most {:g} mm can be", kMostMendedMm));
+  }
   if (motion.frames.empty()) return out;
   const Vec3d drift = motion.frames.back().moved_mm - motion.frames.front().moved_mm;
   for (int a = 0; a < 3; ++a) out.add_drift_mm(drift[a]);
@@ -46,7 +49,7 @@ std::vector<CheckLine> judge_motion(const Motion& motion) {
     lines.push_back(
         {Grade::kPoor, "motion",
          fmt::format("the subject moved {:.2f} mm during the burst, at most {:g} mm can "
-                     "be mended",
+                     "be mended; take the burst again",
                      motion.moved_mm, kMostMendedMm),
          motion.moved_mm, "mm", kMostMendedMm});
   }

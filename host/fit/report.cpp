@@ -97,6 +97,8 @@ void put_single_layer(const std::array<SingleLayer, 3>& from, v1::Region* region
 }
 
 void put_led_gains(const LedGains& from, v1::LedGains* to) {
+  to->set_why(from.why);
+  if (!from.is_known) return;
   put(to->mutable_gradient(), from.gradient);
   put(to->mutable_gradient_stddev(), from.gradient_stddev);
   put(to->mutable_low_order(), from.low_order);
@@ -158,7 +160,7 @@ void report_geometry(const Burst& burst, const Geometry& geometry, LayeredFit* f
 }
 
 void report_normals(const Normals& normals, LayeredFit* fit) {
-  if (normals.led_gains.is_known) put_led_gains(normals.led_gains, fit->layers.mutable_led_gains());
+  put_led_gains(normals.led_gains, fit->layers.mutable_led_gains());
   fit->maps.normal_specular = normals.specular;
   fit->maps.normal_diffuse = normals.diffuse;
   put_confidence("normal_specular", normals.specular_confidence, fit);

@@ -16,7 +16,8 @@ constexpr size_t kMaxPngBytes = 64u << 20;
 // for the chunk that ends every whole one, and at the size before anything is allocated.
 void require_whole_png(const std::string& bytes, const fs::path& file) {
   const std::string start("\x89PNG\r\n\x1a\n", 8), end("IEND\xae\x42\x60\x82", 8);
-  if (!bytes.starts_with(start)) throw_bad_input(file.string(), "not a PNG image");
+  if (!bytes.starts_with(start))
+    throw_bad_input(file.string(), "not a PNG image", "save it as one");
   if (bytes.size() < 45 || !bytes.ends_with(end)) {
     throw_bad_input(file.string(), "not a whole PNG image", "copy it again");
   }
@@ -31,7 +32,8 @@ void require_whole_png(const std::string& bytes, const fs::path& file) {
   }
   constexpr char kDepth = 8, kGrey = 0;
   if (bytes[24] != kDepth || bytes[25] != kGrey) {
-    throw_bad_input(file.string(), "not an 8-bit grey label image");
+    throw_bad_input(file.string(), "not an 8-bit grey label image",
+                    "save it as 8-bit greyscale, without alpha or palette");
   }
 }
 
@@ -49,7 +51,9 @@ Labels read_labels(const fs::path& file) {
     image.release();
   }
   if (image.empty()) throw_bad_input(file.string(), "damaged PNG image", "copy it again");
-  if (image.type() != CV_8UC1) throw_bad_input(file.string(), "not an 8-bit grey label image");
+  if (image.type() != CV_8UC1)
+    throw_bad_input(file.string(), "not an 8-bit grey label image",
+                    "save it as 8-bit greyscale, without alpha or palette");
   return image;
 }
 

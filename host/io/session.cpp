@@ -268,9 +268,10 @@ Labels read_regions(const Session& session) {
       given ? fs::path(session.regions_file) : session.path / session.regions_file;
   const Labels labels = given ? session.given_labels : read_labels(file);
   if (labels.cols != session.left.width || labels.rows != session.left.height) {
-    throw_bad_input(file.string(), size_words(labels.size()) +
-                                       " pixels, but the left camera (rig.cameras) has " +
-                                       size_words({session.left.width, session.left.height}));
+    throw_bad_input(file.string(),
+                    size_words(labels.size()) + " pixels, but the left camera (rig.cameras) has " +
+                        size_words({session.left.width, session.left.height}),
+                    "label that camera's photographs pixel by pixel");
   }
   require_named(session, file, labels);
   return labels;

@@ -229,6 +229,17 @@ TEST_F(FitOfAMesh, DoesNotReplaceTheMesh) {
   EXPECT_TRUE(fs::exists(session() / "fit/model.glb"));
 }
 
+TEST_F(FitCommand, RefusesRegionsInTheFolderThatItReplaces) {
+  ASSERT_LE(run("fit").exit_code, 1);
+  const fs::path painted = session() / "fit/painted.png";
+  fs::copy(session() / "fit/regions.png", painted);
+  const Outcome outcome = run("fit --regions " + painted.string());
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.err.find("is in the folder that the fit replaces"), std::string::npos)
+      << outcome.err;
+  EXPECT_TRUE(fs::exists(painted));
+}
+
 TEST_F(FitCommand, SaysThatTheRightCameraIsNotInItsGeometry) {
   testing::leave_out(session(), [](const v1::Frame& f) { return f.camera() == "right"; });
   EXPECT_LE(run("fit").exit_code, 1);

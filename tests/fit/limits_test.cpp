@@ -62,7 +62,7 @@ TEST(FitLimits, APixelWithoutLightHasANormalOfLengthOne) {
     EXPECT_LE(length(n), 1.001f);
   }
   const LedsFrom dark(LightStage({{{0, 0, 1}, 0, {0, 0, 0}}}), {0, 0, 0});
-  EXPECT_TRUE(is_finite(lambertian_mean_direction(dark, 1, {0, 0, 1})));
+  EXPECT_TRUE(is_finite(lambertian_mean_direction(dark, 1, Vec3(0, 0, 1))));
 }
 
 // Failure: a mean direction longer than any surface gives, out of noise.
