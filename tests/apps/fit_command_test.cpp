@@ -233,7 +233,7 @@ TEST_F(FitCommand, RefusesRegionsInTheFolderThatItReplaces) {
   ASSERT_LE(run("fit").exit_code, 1);
   const fs::path painted = session() / "fit/painted.png";
   fs::copy(session() / "fit/regions.png", painted);
-  const Outcome outcome = run("fit --regions " + painted.string());
+  const Outcome outcome = run_lamella({"fit", session().string(), "--regions", painted.string()});
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_NE(outcome.err.find("is in the folder that the fit replaces"), std::string::npos)
       << outcome.err;
