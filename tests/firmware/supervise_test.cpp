@@ -44,6 +44,7 @@ Outcome run(void (*work)(), void (*meanwhile)(pid_t) = nullptr,
   EXPECT_EQ(pipe(ends), 0);
   const pid_t supervisor = fork();
   if (supervisor == 0) {
+    for (int s : {SIGTERM, SIGINT, SIGHUP}) signal(s, SIG_DFL);  // nohup's tests inherit otherwise
     close(ends[0]);
     const struct supervised supervised = {&ends[1], lights_off, [](void*) { return lit; }, 0};
     if (supervise_fork(&supervised, kDiedExit) == 0) {
