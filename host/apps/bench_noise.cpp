@@ -1,11 +1,11 @@
 #include "apps/bench_noise.h"
 
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
 
 #include <cmath>
 
 #include "base/error.h"
+#include "base/parallel.h"
 #include "calib/photographs.h"
 #include "twin/random.h"
 
@@ -62,10 +62,10 @@ Session noisier_session(const Session& session, double times, uint64_t seed,
   }
   noisier.frames.clear();
   for (const Frame* frame : frames_to_fit(session)) noisier.frames.push_back(*frame);
-  tbb::parallel_for(size_t(0), noisier.frames.size(), [&](size_t i) {
-    Frame& frame = noisier.frames[i];
+  parallel_for(int(noisier.frames.size()), [&](int i) {
+    Frame& frame = noisier.frames[size_t(i)];
     Image3 stored = read_exr_rgb(session.path / frame.file);
-    add_noise(session.camera(frame.camera), times, twin::mix_bits(seed) + i, &stored);
+    add_noise(session.camera(frame.camera), times, twin::mix_bits(seed) + uint64_t(i), &stored);
     frame.file = fmt::format("{:02}.exr", i);
     write_exr_rgb(folder / frame.file, stored);
   });

@@ -68,6 +68,7 @@ TEST(LedGains, FindTheGradientThatIsTooBright) {
   EXPECT_NEAR(gains.gradient[1], 0.04, 0.003);
   EXPECT_NEAR(gains.gradient[0], 0, 0.003);
   EXPECT_NEAR(gains.mended_gain(1), 1.04f, 0.003f);
+  EXPECT_EQ(gains.mended_gain(0), 1.f) << "within its sigmas";
 }
 
 TEST(LedGains, FindAnErrorThatVariesSlowlyOverTheSphere) {
@@ -83,10 +84,12 @@ TEST(LedGains, FindAnErrorThatVariesSlowlyOverTheSphere) {
   }
 }
 
-TEST(LedGains, AreNotKnownFromAFewPlaces) {
+TEST(LedGains, AreNotKnownFromAFewPlacesAndSaySo) {
   std::vector<LedWitness> few = sphere([](const Vec3& n) { return mean_under(n, as_calibrated); });
   few.resize(100);
-  EXPECT_FALSE(estimate_led_gains(stage(), few).is_known);
+  const LedGains gains = estimate_led_gains(stage(), few);
+  EXPECT_FALSE(gains.is_known);
+  EXPECT_NE(gains.why.find("100 places"), std::string::npos) << gains.why;
 }
 
 }  // namespace

@@ -119,6 +119,7 @@ TEST(Motion, OfADriftIsToldInPixelsAndMillimetresAtEveryPhotograph) {
   EXPECT_TRUE(motion.is_mended) << motion.why;
   EXPECT_NEAR(motion.moved_px, kDriftPx, 0.03);
   EXPECT_NEAR(motion.moved_mm, kDriftPx * kPixelMm, 0.04);
+  EXPECT_GT(motion.moved_mm_stddev, 0.09 * motion.moved_mm) << "the skin's depth is not known";
   ASSERT_EQ(motion.frames.size(), burst.session.frames.size());
   EXPECT_LT(cv::norm(motion.frames.back().image_px - drifting(7 * kStepS)), 0.02);
   EXPECT_TRUE(motion.jerks.empty());
