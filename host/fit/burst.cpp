@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "fit/order_statistics.h"
 
 namespace lamella::fit {
 
@@ -122,10 +123,7 @@ Labels subject_mask(const Image3& front_lit) {
     for (int x = 0; x < front_lit.cols; ++x) brightness(y, x) = mean(front_lit(y, x));
   });
   cv::GaussianBlur(brightness, brightness, cv::Size(0, 0), 2.0);
-  std::vector<float> sorted(brightness.begin(), brightness.end());
-  const auto bright = sorted.begin() + ptrdiff_t(0.98 * double(sorted.size() - 1));
-  std::nth_element(sorted.begin(), bright, sorted.end());
-  const Mask lit = brightness > kLitShare * *bright;
+  const Mask lit = brightness > kLitShare * bright_end(brightness);
   cv::Mat1i pieces, stats;
   cv::Mat centres;
   const int count = cv::connectedComponentsWithStats(lit, pieces, stats, centres);

@@ -5,6 +5,7 @@
 #include "fit/dot_measure.h"
 #include "fit/layer_profile.h"
 #include "fit/layered_kernel.h"
+#include "fit/order_statistics.h"
 #include "fit/scattering.h"
 #include "model/diffuse_reflectance.h"
 
@@ -33,13 +34,6 @@ double jackknife_stddev(const std::vector<const KernelEquations*>& dots,
   for (double x : ld) mean += x / groups;
   for (double x : ld) square += (x - mean) * (x - mean);
   return std::sqrt(square * (groups - 1) / groups);
-}
-
-float median_of(std::vector<float>* values) {
-  if (values->empty()) return kNaN;
-  const auto middle = values->begin() + std::ptrdiff_t(values->size() / 2);
-  std::nth_element(values->begin(), middle, values->end());
-  return *middle;
 }
 
 // Shallow over shallow + deep, medians over a region.

@@ -4,6 +4,7 @@
 
 #include "base/parallel.h"
 #include "fit/diffuse_total.h"
+#include "fit/order_statistics.h"
 
 namespace lamella::fit {
 
@@ -102,12 +103,6 @@ class CellMaker {
   DiffuseTotal total_;
   double px_per_mm_;
 };
-
-double median_of(std::vector<double>* values) {
-  const auto middle = values->begin() + std::ptrdiff_t(values->size() / 2);
-  std::nth_element(values->begin(), middle, values->end());
-  return *middle;
-}
 
 // Skin shines more, and more sharply, the more grazing it is looked at, whatever it is like: takes
 // the middle of all cells out that are looked at under an angle like the cell's.

@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "base/parallel.h"
+#include "fit/order_statistics.h"
 
 namespace lamella::fit {
 
@@ -143,10 +144,7 @@ class CarrierMaker {
 
   void keep_lit(Role role) {
     const Image1 light = sum_of_channels(find(role)->rgb);
-    std::vector<float> sorted(light.begin(), light.end());
-    const auto bright = sorted.begin() + std::ptrdiff_t(0.98 * double(sorted.size() - 1));
-    std::nth_element(sorted.begin(), bright, sorted.end());
-    subject_ &= light > kLitShare * *bright;
+    subject_ &= light > kLitShare * bright_end(light);
   }
 
   void find_subject(const Labels& labels) {
