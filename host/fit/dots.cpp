@@ -36,9 +36,10 @@ double jackknife_stddev(const std::vector<const KernelEquations*>& dots,
   return std::sqrt(square * (groups - 1) / groups);
 }
 
-// Shallow over shallow + deep, medians over a region.
-std::array<double, 3> shallow_share(const Burst& burst, const Separation& separation, int label) {
-  std::array<double, 3> share{};
+// Medians over a region.
+std::array<ShallowLight, 3> shallow_light(const Burst& burst, const Separation& separation,
+                                          int label) {
+  std::array<ShallowLight, 3> light{};
   for (int c = 0; c < 3; ++c) {
     std::vector<float> shallow, deep;
     for (int y = 0; y < burst.regions.rows; y += 2) {
@@ -49,9 +50,9 @@ std::array<double, 3> shallow_share(const Burst& burst, const Separation& separa
       }
     }
     const double s = median_of(&shallow), d = median_of(&deep);
-    share[size_t(c)] = s + d > 0 ? s / (s + d) : 0.5;
+    light[size_t(c)] = {s + d > 0 ? s / (s + d) : 0.5, s};
   }
-  return share;
+  return light;
 }
 
 // "blue's alpha_dot, 0.02, is the fit's own bound".
@@ -63,19 +64,20 @@ void add_bound(const std::string& at_bound, size_t channel, std::string* why, Do
   *doubt = Doubt::kAtBound;
 }
 
-LayerContest fit_channel(const std::vector<const KernelEquations*>& dots, double share,
-                         double footprint_mm, size_t c, RegionScattering* region) {
+LayerContest fit_channel(const std::vector<const KernelEquations*>& dots,
+                         const ShallowLight& shallow, double footprint_mm, size_t c,
+                         RegionScattering* region) {
   KernelEquations all;
   for (const KernelEquations* dot : dots) all += *dot;
   const Kernel tail = solve_kernel(all, kOffsetSigma, kTailRidge);
   const DeepProfile deep = fit_deep_profile(tail.weight);
   LayeredKernel given;
   given.deep_ld_mm = deep.ld_mm;
-  given.shallow_share = share;
+  given.shallow_share = shallow.share;
   given.thickness_mm = region->thickness_mm;
   const LayeredKernel kernel =
       fit_layered_kernel(WeightEquations(all, kOffsetSigma), given, footprint_mm);
-  const LayeredProfile layers = fit_layered_profile(kernel, deep, share, region->thickness_mm);
+  const LayeredProfile layers = fit_layered_profile(kernel, deep, shallow, region->thickness_mm);
   region->ld_mm[c] = deep.ld_mm;
   // What the dots leave open is what the pull decides.
   const double stiff_mm =
@@ -244,10 +246,10 @@ Scattering fit_scattering(const Burst& burst, const Geometry& geometry, const No
     if (own[0].empty() || own[1].empty() || own[2].empty()) return;
     region.dots = int(own[1].size());
     region.deep_fitted = region.shallow_fitted = true;
-    const std::array<double, 3> share = shallow_share(burst, *separation, i + 1);
+    const std::array<ShallowLight, 3> shallow = shallow_light(burst, *separation, i + 1);
     std::array<LayerContest, 3> contests;
     for (size_t c = 0; c < 3; ++c) {
-      contests[c] = fit_channel(own[c], share[c], blur_mm, c, &region);
+      contests[c] = fit_channel(own[c], shallow[c], blur_mm, c, &region);
     }
     choose_layers(use, contests, &region);
   });

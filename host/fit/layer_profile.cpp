@@ -20,8 +20,9 @@ constexpr double kTransportSpread = 0.15;  // one sigma of its logarithm
 constexpr double kShortestTransport_mm = 0.05, kLongestTransport_mm = 3;
 constexpr double kKernelError = 0.05;  // relative, of what the dots say of the kernel
 constexpr double kFurthestSample_mm = 8, kNearestSample_mm = 0.1;
-constexpr double kSmallestShare = 0.02;  // a layer with less is within the noise
-constexpr double kSmallestTotal = 0.01;  // a slab that reflects less is outside diffusion
+constexpr double kSmallestShare = 0.02;   // a layer with less is within the noise
+constexpr double kSmallestAlbedo = 0.01;  // of a slab: nearly nothing, but light
+constexpr double kSlabAlbedoError = 0.5;  // of its logarithm: transmittance, texture, diffusion
 
 // "alpha, 0.02" where a value stands at either of its bounds.
 std::string at_bound(const char* name, double value, double low, double high, const char* unit) {
@@ -115,21 +116,47 @@ struct LayeredResidual {
   }
 };
 
+// The slab reflects what the stripes measured. The shape of the kernel alone hardly tells its
+// albedo from its mean free path, and runs off to slabs that are no light's (sec. 4.2: the shallow
+// albedo constrains the fit).
+struct SlabAlbedo {
+  double measured, thickness_mm;
+
+  template <class Real>
+  bool operator()(const Real* shallow_s, const Real* log_shallow_ld, Real* residual) const {
+    using std::exp;
+    using std::log;
+    const model::Multipole<Real> slab{model::alpha_from_s(*shallow_s), Real(exp(*log_shallow_ld)),
+                                      thickness_mm};
+    const Real total = model::multipole_total(slab);
+    if (!(total > 0.0)) return false;  // no step goes there
+    *residual = log(total / measured) / kSlabAlbedoError;
+    return true;
+  }
+};
+
 struct LayeredParameters {
   double deep_s, shallow_s, log_shallow_ld;
+};
+
+struct LayeredEquations {
+  std::vector<LayeredResidual> rings;
+  SlabAlbedo slab;
 };
 
 using LayeredCost = ceres::AutoDiffCostFunction<LayeredResidual, 1, 1, 1, 1>;
 
 // Robust, as no sum of two layers follows a skin everywhere: many rings should be right, not all
 // equally wrong.
-void pose(const std::vector<LayeredResidual>& residuals, LayeredParameters* at,
-          ceres::Problem* problem) {
-  for (const LayeredResidual& residual : residuals) {
+void pose(const LayeredEquations& equations, LayeredParameters* at, ceres::Problem* problem) {
+  for (const LayeredResidual& residual : equations.rings) {
     problem->AddResidualBlock(new LayeredCost(new LayeredResidual(residual)),
                               new ceres::SoftLOneLoss(1.0), &at->deep_s, &at->shallow_s,
                               &at->log_shallow_ld);
   }
+  problem->AddResidualBlock(
+      new ceres::AutoDiffCostFunction<SlabAlbedo, 1, 1, 1>(new SlabAlbedo(equations.slab)), nullptr,
+      &at->shallow_s, &at->log_shallow_ld);
   for (double* s : {&at->deep_s, &at->shallow_s}) {
     problem->SetParameterLowerBound(s, 0, model::s_from_alpha(kHighestAlpha));
     problem->SetParameterUpperBound(s, 0, model::s_from_alpha(kLowestAlpha));
@@ -138,9 +165,9 @@ void pose(const std::vector<LayeredResidual>& residuals, LayeredParameters* at,
   problem->SetParameterUpperBound(&at->log_shallow_ld, 0, std::log(kLongestShallowLd_mm));
 }
 
-double descend(const std::vector<LayeredResidual>& residuals, LayeredParameters* at) {
+double descend(const LayeredEquations& equations, LayeredParameters* at) {
   ceres::Problem problem;
-  pose(residuals, at, &problem);
+  pose(equations, at, &problem);
   ceres::Solver::Summary summary;
   ceres::Solve(quiet_options(), &problem, &summary);
   return summary.final_cost;
@@ -148,13 +175,13 @@ double descend(const std::vector<LayeredResidual>& residuals, LayeredParameters*
 
 // The valley has side arms (a thin slab that scatters much, a thick one that scatters little): the
 // best of four descents.
-LayeredParameters fit_parameters(const std::vector<LayeredResidual>& residuals, double deep_s) {
+LayeredParameters fit_parameters(const LayeredEquations& equations, double deep_s) {
   LayeredParameters best{};
   double least = std::numeric_limits<double>::infinity();
   for (LayeredParameters start :
        {LayeredParameters{deep_s, 0.3, std::log(0.4)}, LayeredParameters{1.2, 0.17, std::log(1.3)},
         LayeredParameters{0.65, 0.16, std::log(1.9)}, LayeredParameters{1.2, 1.0, std::log(0.5)}}) {
-    const double cost = descend(residuals, &start);
+    const double cost = descend(equations, &start);
     if (cost >= least) continue;
     least = cost;
     best = start;
@@ -162,9 +189,9 @@ LayeredParameters fit_parameters(const std::vector<LayeredResidual>& residuals, 
   return best;
 }
 
-LayeredProfile profile_at(const std::vector<LayeredResidual>& residuals, LayeredParameters at) {
+LayeredProfile profile_at(const LayeredEquations& equations, LayeredParameters at) {
   ceres::Problem problem;
-  pose(residuals, &at, &problem);
+  pose(equations, &at, &problem);
   LayeredProfile profile;
   profile.alpha_dot = model::alpha_from_s(at.deep_s);
   profile.shallow_alpha = model::alpha_from_s(at.shallow_s);
@@ -180,24 +207,19 @@ LayeredProfile profile_at(const std::vector<LayeredResidual>& residuals, Layered
   profile.shallow_alpha_stddev = 2 * at.shallow_s / 3 * stddev_of(&problem, &at.shallow_s);
   profile.shallow_ld_mm_stddev = profile.shallow_ld_mm * stddev_of(&problem, &at.log_shallow_ld);
   double error = 0;
-  for (const LayeredResidual& residual : residuals) {
+  for (const LayeredResidual& residual : equations.rings) {
     double value = 0;
     residual(&at.deep_s, &at.shallow_s, &at.log_shallow_ld, &value);
-    error += value * value / double(residuals.size());
+    error += value * value / double(equations.rings.size());
   }
   profile.shallow_rms = kKernelError * std::sqrt(error);
   return profile;
 }
 
-void judge_shallow(double share, double thickness_mm, LayeredProfile* profile) {
-  const model::Multipole<double> slab{profile->shallow_alpha, profile->shallow_ld_mm, thickness_mm};
-  profile->shallow_fitted = true;
-  if (share < kSmallestShare) {
-    profile->shallow_fitted = false;
+void judge_shallow(double share, LayeredProfile* profile) {
+  profile->shallow_fitted = share >= kSmallestShare;
+  if (!profile->shallow_fitted) {
     profile->shallow_why = "the stripes show no shallow light above the noise";
-  } else if (model::multipole_total(slab) < kSmallestTotal) {
-    profile->shallow_fitted = false;
-    profile->shallow_why = "a slab this thin against its mean free path is outside diffusion";
   }
 }
 
@@ -234,21 +256,21 @@ DeepProfile fit_deep_profile(const GaussianBasis::Weights& kernel) {
 }
 
 LayeredProfile fit_layered_profile(const RadialProfile& kernel, const DeepProfile& deep,
-                                   double shallow_share, double thickness_mm) {
+                                   const ShallowLight& shallow, double thickness_mm) {
   const std::vector<Sample> samples =
       sample_kernel(kernel, kNearestSample_mm, kFurthestSample_mm, 32);
   double light = 0;
   for (const Sample& sample : samples) light += sample.r_mm * sample.r_mm * sample.value / 32;
-  std::vector<LayeredResidual> residuals;
+  LayeredEquations equations{{}, {std::max(shallow.albedo, kSmallestAlbedo), thickness_mm}};
   for (const Sample& sample : samples) {
     const double scale = sample.r_mm * sample.r_mm / (light * kKernelError);
-    residuals.push_back({sample, scale, deep.ld_mm, shallow_share, thickness_mm});
+    equations.rings.push_back({sample, scale, deep.ld_mm, shallow.share, thickness_mm});
   }
   LayeredProfile profile =
-      profile_at(residuals, fit_parameters(residuals, deep.transport_mm / deep.ld_mm));
+      profile_at(equations, fit_parameters(equations, deep.transport_mm / deep.ld_mm));
   profile.deep_rms = deep.rms;
   if (!deep.at_bound.empty()) profile.deep_at_bound = deep.at_bound;
-  judge_shallow(shallow_share, thickness_mm, &profile);
+  judge_shallow(shallow.share, &profile);
   return profile;
 }
 

@@ -29,9 +29,16 @@ struct LayeredProfile {
   std::string deep_at_bound, shallow_at_bound;  // as above
 };
 
-// Deep dipole of mean free path `ld_mm` and shallow multipole together, to the whole kernel; their
-// integrals are in the proportion that the stripes measured.
+// What the stripes measured of the shallow layer.
+struct ShallowLight {
+  double share = 0;   // of all diffuse light
+  double albedo = 0;  // reflectance
+};
+
+// Deep dipole of mean free path `ld_mm` and shallow multipole together, to the whole kernel. Their
+// integrals are in the proportion that the stripes measured, and the multipole's is about the
+// albedo that these did (sec. 4.2).
 LayeredProfile fit_layered_profile(const RadialProfile& kernel, const DeepProfile& deep,
-                                   double shallow_share, double thickness_mm);
+                                   const ShallowLight& shallow, double thickness_mm);
 
 }  // namespace lamella::fit

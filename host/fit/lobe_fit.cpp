@@ -25,8 +25,11 @@ constexpr int kEnoughAtPeak = 5;             // samples within them
 constexpr double kTypicalWidth = 0.3;        // of a forehead
 constexpr double kTypicalSingle = 0.06;      // amplitude of skin, about the same in all channels
 constexpr double kTooMuchSingle = 3;         // times the typical: more than any skin has
-constexpr double kSeen = 9;                  // sum of squares of sigmas: three of them
-constexpr double kSurelySeen = 25;           // five: three of them are still seen with 98 %
+// Mean of squares of sigmas, three of them. Not their sum: what is wrong with the surface's white
+// light is the same in every channel.
+constexpr double kSeen = 9;
+constexpr double kSurelySeen = 25;      // five: three of them are still seen with 98 %
+constexpr double kLobeInSingle = 0.05;  // of the typical: a lobe that is a little wrong leaves this
 
 struct Equations {
   cv::Matx<double, kUnknowns, kUnknowns> m;
@@ -198,23 +201,26 @@ void widen_single(RegionFit* fit) {
 void judge_single(int samples, RegionSingle* single) {
   double squares = 0, typical_squares = 0;
   for (size_t c = 0; c < 3; ++c) {
-    const double sigma = std::max(1e-9, single->amplitude_stddev[c]);
+    const double sigma = std::hypot(single->amplitude_stddev[c], kLobeInSingle * kTypicalSingle);
     const double seen = std::max(0.0, single->amplitude[c] / sigma);
-    squares += seen * seen;
-    typical_squares += kTypicalSingle * kTypicalSingle / (sigma * sigma);
+    squares += seen * seen / 3;
+    typical_squares += kTypicalSingle * kTypicalSingle / (3 * sigma * sigma);
   }
+  const std::array<double, 3>&a = single->amplitude, &s = single->amplitude_stddev;
+  const std::string measured =
+      fmt::format("{:.3f} {:.3f} {:.3f}, within a noise of {:.3f} {:.3f} {:.3f}", a[0], a[1], a[2],
+                  s[0], s[1], s[2]);
   single->fitted = squares > kSeen;
   if (single->fitted) return;
   if (typical_squares > kSurelySeen) {
-    single->why = "within the noise (below 3 sigma)";
+    single->why = fmt::format(
+        "dropped: {} (below 3 sigma), where skin's {:g} would show itself by {:.0f} sigma",
+        measured, kTypicalSingle, std::sqrt(typical_squares));
   } else {
-    const std::array<double, 3>& a = single->amplitude;
-    const std::array<double, 3>& s = single->amplitude_stddev;
     single->doubt = Doubt::kNotJudged;
     single->why = fmt::format(
-        "cannot be judged from {} usable pixels: {:.3f} {:.3f} {:.3f} is within a noise of {:.3f} "
-        "{:.3f} {:.3f} that hides skin's {:g} too; taken as none",
-        samples, a[0], a[1], a[2], s[0], s[1], s[2], kTypicalSingle);
+        "cannot be judged from {} usable pixels: {} that hides skin's {:g} too; taken as none",
+        samples, measured, kTypicalSingle);
   }
   single->amplitude = {0, 0, 0};
 }
@@ -254,6 +260,8 @@ void set_reasons(const Equations& own, bool found, RegionFit* fit) {
     fit->lobe.why = fmt::format(
         "only {} usable pixels within 10 degrees: the peak follows from the flank", own.at_peak);
   }
+  fit->samples = own.samples;
+  fit->measured_single = fit->single.amplitude;
   judge_single(own.samples, &fit->single);
   if (!found && takes_lobe_for_single(*fit)) refuse_single(fit);
 }
@@ -334,27 +342,32 @@ std::vector<RegionFit> fit_lobes(const std::vector<LobeSample>& samples,
 }
 
 void share_single(std::vector<RegionFit>* fits) {
+  RegionSingle shared;
+  int samples = 0;
+  for (const RegionFit& fit : *fits) samples += fit.lobe.fitted ? fit.samples : 0;
+  if (samples == 0) return;
   for (size_t c = 0; c < 3; ++c) {
     double sum = 0, squares = 0, weight = 0;
     for (const RegionFit& fit : *fits) {
-      if (!fit.single.fitted) continue;
-      const double a = fit.single.amplitude[c];
+      if (!fit.lobe.fitted) continue;
+      const double a = fit.measured_single[c];
       const double w = 1 / std::pow(std::max(1e-9, fit.single.amplitude_stddev[c]), 2);
       sum += w * a;
       squares += w * a * a;
       weight += w;
     }
-    if (weight == 0) return;
     const double mean = sum / weight;
     const double spread = std::sqrt(std::max(0.0, squares / weight - mean * mean));
-    for (RegionFit& fit : *fits) {
-      if (!fit.single.fitted) continue;
-      fit.single.amplitude[c] = mean;
-      fit.single.amplitude_stddev[c] = std::hypot(spread, 1 / std::sqrt(weight));
-      fit.single.why =
-          "kept: one amplitude for all regions, as those that were found by colour "
-          "and gloss do not tell it apart";
-    }
+    shared.amplitude[c] = mean;
+    shared.amplitude_stddev[c] = std::hypot(spread, 1 / std::sqrt(weight));
+  }
+  judge_single(samples, &shared);
+  shared.why = (shared.fitted ? "kept: one" : shared.why + "; one") +
+               std::string(
+                   " amplitude for all regions, as those that were found by colour and gloss do "
+                   "not tell it apart");
+  for (RegionFit& fit : *fits) {
+    if (fit.lobe.fitted) fit.single = shared;
   }
 }
 

@@ -19,6 +19,8 @@ using Mixture = std::array<double, kWidths>;  // weights, not negative, sum 1
 struct RegionFit {
   RegionLobe lobe;
   RegionSingle single;
+  std::array<double, 3> measured_single{};  // amplitude before it was judged
+  int samples = 0;
   Mixture mixture{};
   double intensity = 0.25;  // c, median over the samples
   std::array<double, 3> diffuse_reflectance{};
@@ -38,8 +40,8 @@ std::vector<double> lobe_values(const Mixture& mixture, const std::vector<double
 // 0 to pi/4 in half degrees.
 std::vector<double> lobe_angles();
 
-// One amplitude a channel for all regions that show single scattering: their mean by inverse
-// variance, its deviation how far they are from it.
+// One amplitude a channel for all regions that have a lobe, and one judgement whether it is there:
+// their mean by inverse variance, its deviation how far they are from it.
 void share_single(std::vector<RegionFit>* fits);
 
 }  // namespace lamella::fit

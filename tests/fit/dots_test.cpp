@@ -160,7 +160,7 @@ RadialProfile profile_of(const GaussianBasis::Weights& kernel) {
 TEST(LayeredProfile, DeepAndShallowTogetherIntegrateToTheKernel) {
   const GaussianBasis::Weights kernel = exponential_kernel(0.8);
   const DeepProfile deep = fit_deep_profile(kernel);
-  const LayeredProfile layers = fit_layered_profile(profile_of(kernel), deep, 0.5, 0.5);
+  const LayeredProfile layers = fit_layered_profile(profile_of(kernel), deep, {0.5, 0.2}, 0.5);
   EXPECT_TRUE(layers.shallow_fitted) << layers.shallow_why;
   EXPECT_GT(layers.shallow_alpha, 0);
   EXPECT_LT(layers.shallow_alpha, 1);
@@ -183,14 +183,15 @@ TEST(LayeredProfile, SaysWhichFigureStandsAtItsBound) {
   const GaussianBasis::Weights kernel = exponential_kernel(0.8);
   const DeepProfile deep = fit_deep_profile(kernel);
   EXPECT_EQ(deep.at_bound, "");
-  const LayeredProfile even = fit_layered_profile(profile_of(kernel), deep, 0.5, 0.5);
+  const LayeredProfile even = fit_layered_profile(profile_of(kernel), deep, {0.5, 0.2}, 0.5);
   EXPECT_EQ(even.deep_at_bound, "");
   EXPECT_EQ(even.shallow_at_bound, "");
-  const LayeredProfile little_shallow = fit_layered_profile(profile_of(kernel), deep, 0.2, 0.5);
+  const LayeredProfile little_shallow =
+      fit_layered_profile(profile_of(kernel), deep, {0.2, 0.2}, 0.5);
   ASSERT_NEAR(little_shallow.shallow_ld_mm, 0.1, 1e-5);
   EXPECT_EQ(little_shallow.deep_at_bound, "");
   EXPECT_EQ(little_shallow.shallow_at_bound, "l_d, 0.1 mm");
-  const LayeredProfile little_deep = fit_layered_profile(profile_of(kernel), deep, 0.8, 0.5);
+  const LayeredProfile little_deep = fit_layered_profile(profile_of(kernel), deep, {0.9, 0.2}, 0.5);
   ASSERT_NEAR(little_deep.alpha_dot, 0.02, 1e-5);
   EXPECT_EQ(little_deep.deep_at_bound, "alpha_dot, 0.02");
   EXPECT_EQ(little_deep.shallow_at_bound, "");
@@ -199,7 +200,7 @@ TEST(LayeredProfile, SaysWhichFigureStandsAtItsBound) {
 TEST(LayeredProfile, ShallowLayerThatTheStripesDoNotSeeIsDroppedWithAReason) {
   const GaussianBasis::Weights kernel = exponential_kernel(0.8);
   const LayeredProfile layers =
-      fit_layered_profile(profile_of(kernel), fit_deep_profile(kernel), 0.001, 0.5);
+      fit_layered_profile(profile_of(kernel), fit_deep_profile(kernel), {0.001, 0.001}, 0.5);
   EXPECT_FALSE(layers.shallow_fitted);
   EXPECT_FALSE(layers.shallow_why.empty());
 }

@@ -42,15 +42,20 @@ TEST(FitLimits, LightThatDoesNotTravelHasNoTailAndItsLengthIsSaidToBeABound) {
   EXPECT_GT(deep.ld_mm_stddev, deep.ld_mm);
 }
 
-// Failure: a multipole that reflects less than nothing, divided by its total.
-TEST(FitLimits, ASlabTooThinForDiffusionIsDroppedWithTheReason) {
+// Failure: a multipole that reflects less than nothing, divided by its total; or a layer that is
+// there and is dropped, as the kernel alone would have it thinner than diffusion allows.
+TEST(FitLimits, ASlabThatTheKernelWouldMakeTooThinForDiffusionReflectsWhatTheStripesMeasured) {
   const GaussianBasis::Weights kernel = exponential_kernel(1.5);
-  const LayeredProfile layers =
-      fit_layered_profile([&](double r_mm) { return GaussianBasis::profile(kernel, r_mm); },
-                          fit_deep_profile(kernel), 0.3, 0.3);
-  EXPECT_FALSE(layers.shallow_fitted);
-  EXPECT_NE(layers.shallow_why.find("outside diffusion"), std::string::npos) << layers.shallow_why;
-  EXPECT_TRUE(std::isfinite(layers.alpha_dot));
+  for (double albedo : {0.03, 0.15, 0.4}) {
+    const LayeredProfile layers =
+        fit_layered_profile([&](double r_mm) { return GaussianBasis::profile(kernel, r_mm); },
+                            fit_deep_profile(kernel), {0.3, albedo}, 0.3);
+    EXPECT_TRUE(layers.shallow_fitted) << layers.shallow_why;
+    const model::Multipole<double> slab{layers.shallow_alpha, layers.shallow_ld_mm, 0.3};
+    EXPECT_GT(model::multipole_total(slab), albedo / 20);
+    EXPECT_LT(model::multipole_total(slab), albedo * 3);
+    EXPECT_TRUE(std::isfinite(layers.alpha_dot));
+  }
 }
 
 // Failure: 0/0 of a pixel without light, and a normal without length.
