@@ -16,7 +16,7 @@ namespace {
 // Stereo, and stereo reconciled with normals.
 void run_position(const KnownScene& scene, fit::LayeredFit* fit) {
   fit::Geometry geometry = fit::reconstruct_geometry(scene.burst);
-  fit::merge_with_normals(scene.burst, scene.normals.diffuse[1], &geometry);
+  fit::merge_with_normals(scene.burst, scene.normals, &geometry);
   fit::report_geometry(scene.burst, geometry, fit);
 }
 

@@ -11,8 +11,7 @@ namespace lamella::fit {
 namespace {
 
 constexpr float kDoubtfulSigmas = 2.f;  // of the median sigma
-constexpr float kNormalSigmaRad = 0.08f;
-constexpr float kLeastFacing = 0.05f;  // more oblique, and a normal says nothing about depth
+constexpr float kLeastFacing = 0.05f;   // more oblique, and a normal says nothing about depth
 constexpr double kLinkSigmas = 1.5, kDataSigmas = 2.5;  // beyond, the other evidence is right
 // First the wrong measurements are found. Links that are only given up in part tear a surface, so
 // at the end each holds in full, or not at all, over a silhouette.
@@ -66,11 +65,11 @@ class Relaxation {
 
   long size() const { return long(place_.size()); }
 
-  void link_neighbours(const Camera& camera, const Image3& normal) {
+  void link_neighbours(const Camera& camera, const SurfaceNormals& normals) {
     for (int y = 0; y < distance_.rows; ++y) {
       for (int x = 0; x < distance_.cols; ++x) {
         for (const cv::Point& step : {cv::Point(1, 0), cv::Point(0, 1)}) {
-          link(camera, normal, {x, y}, cv::Point(x, y) + step);
+          link(camera, normals, {x, y}, cv::Point(x, y) + step);
         }
       }
     }
@@ -93,16 +92,18 @@ class Relaxation {
   float& mm(int place) { return distance_(place / distance_.cols, place % distance_.cols); }
   int unknown(int place) const { return unknown_(place / distance_.cols, place % distance_.cols); }
 
-  void link(const Camera& camera, const Image3& normal, const cv::Point& a, const cv::Point& b) {
+  void link(const Camera& camera, const SurfaceNormals& normals, const cv::Point& a,
+            const cv::Point& b) {
     if (b.x >= distance_.cols || b.y >= distance_.rows) return;
     if (unknown_(a) < 0 && unknown_(b) < 0) return;
-    const Vec3 n = unit(normal(a) + normal(b));
+    const Vec3 n = unit(normals.unit(a) + normals.unit(b));
     const double facing_a = -dot(n, Vec3(camera.ray(a.x, a.y)));
     const double facing_b = -dot(n, Vec3(camera.ray(b.x, b.y)));
     const double facing = std::min(facing_a, facing_b);
     if (!(facing > kLeastFacing) || std::isnan(distance_(a)) || std::isnan(distance_(b))) return;
+    const double sigma_rad = std::max(normals.sigma_rad(a), normals.sigma_rad(b));
     links_.push_back({a.y * distance_.cols + a.x, b.y * distance_.cols + b.x, facing_b / facing_a,
-                      measured_.px_mm * kNormalSigmaRad / (facing * facing)});
+                      measured_.px_mm * sigma_rad / (facing * facing)});
   }
 
   double link_weight(const Link& l, int round) {
@@ -161,11 +162,11 @@ class Relaxation {
 
 }  // namespace
 
-void relax_depth(const Camera& camera, const Image3& normal, const DepthMap& measured, int rounds,
-                 Image1* distance_mm) {
+void relax_depth(const Camera& camera, const SurfaceNormals& normals, const DepthMap& measured,
+                 int rounds, Image1* distance_mm) {
   Relaxation relaxation(measured, distance_mm);
   if (relaxation.size() == 0) return;
-  relaxation.link_neighbours(camera, normal);
+  relaxation.link_neighbours(camera, normals);
   relaxation.solve(kRobustRounds + rounds);
 }
 

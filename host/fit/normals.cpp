@@ -17,6 +17,9 @@ namespace {
 
 constexpr float kTrustInBend = 0.15f;            // share of the correction that may be wrong
 constexpr float kErrorAtHalfConfidence = 0.05f;  // rad
+constexpr float kLeastNormalSigma = 0.06f;       // rad, where shadows and bounces do not matter
+constexpr float kNormalSigma = 2;                // times the error that confidence speaks of
+constexpr float kHeldSigmaMm = 0.6f;             // less sure than this, a depth is only evidence
 
 float pixel_size_mm(const Burst& burst) {
   return float(cv::norm(burst.session->left.centre_mm()) / burst.session->left.fx);
@@ -164,21 +167,34 @@ Burst mended_gradients(const Burst& burst, const LedGains& gains) {
   return mended;
 }
 
+Image1 normal_sigma_rad(const Image1& confidence) {
+  Image1 sigma(confidence.size());
+  parallel_for(sigma.rows, [&](int y) {
+    for (int x = 0; x < sigma.cols; ++x) {
+      const float error = kErrorAtHalfConfidence * (1 / confidence(y, x) - 1);
+      sigma(y, x) = kLeastNormalSigma + kNormalSigma * error;
+    }
+  });
+  return sigma;
+}
+
 }  // namespace
 
 // Depth was carried over gaps along rough normals, shadows and all: do it again with better ones,
 // and let them speak too where the projector's light is weak.
-void merge_with_normals(const Burst& burst, const Image3& normal, Geometry* geometry) {
+void merge_with_normals(const Burst& burst, const Normals& normals, Geometry* geometry) {
   const Image1 distance_mm = distances(burst, geometry->scene_mm);
-  const Mask sure = geometry->sigma_mm<kFilledSigmaMm, labelled = burst.regions> 0;
+  const Mask sure = geometry->measured & (geometry->sigma_mm < kHeldSigmaMm);
+  const Mask labelled = burst.regions > 0;
+  const Image3& normal = normals.diffuse[1];
   DepthMap depth{distance_mm.clone(), geometry->sigma_mm, Image1(), pixel_size_mm(burst)};
   depth.distance_mm.setTo(kNaN, ~(sure & labelled));
   fill_depth(burst.session->left, labelled, normal, &depth);
   DepthMap measured{distance_mm.clone(), geometry->sigma_mm, Image1(), depth.px_mm};
   measured.distance_mm.setTo(kNaN, ~(geometry->measured & labelled));
   if (burst.mesh) measured.penumbra_px = 0;
-  relax_depth(burst.session->left, normal, measured, burst.quality.relax_rounds,
-              &depth.distance_mm);
+  relax_depth(burst.session->left, {normal, normal_sigma_rad(normals.diffuse_confidence)}, measured,
+              burst.quality.relax_rounds, &depth.distance_mm);
   for (int y = 0; y < labelled.rows; ++y) {
     for (int x = 0; x < labelled.cols; ++x) {
       const float mm = depth.distance_mm(y, x);
@@ -220,7 +236,7 @@ Normals estimate_normals(const Burst& burst, Geometry* geometry) {
     look_at_shadows(burst.quality.occlusion_rounds);
   }
   invert_pixels(field, &n);
-  merge_with_normals(burst, n.diffuse[1], geometry);
+  merge_with_normals(burst, n, geometry);
   n.specular = add_specular_detail(mended_gradients(burst, n.led_gains),
                                    {geometry->to_camera, distance_mm, px_mm}, n.diffuse[2]);
   n.specular_confidence = n.diffuse_confidence.clone();

@@ -19,8 +19,8 @@ struct Normals {
 // Also improves `geometry` where the normals know better than stereo (Nehab et al. 2005).
 Normals estimate_normals(const Burst& burst, Geometry* geometry);
 
-// That improvement alone, by any normals (unit, rig frame): gaps are filled again along them, and
-// depths and normals are reconciled.
-void merge_with_normals(const Burst& burst, const Image3& normal, Geometry* geometry);
+// That improvement alone, by any diffuse normals, believed as far as their confidence says: gaps
+// are filled again along them, and depths and normals are reconciled.
+void merge_with_normals(const Burst& burst, const Normals& normals, Geometry* geometry);
 
 }  // namespace lamella::fit

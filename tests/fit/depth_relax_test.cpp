@@ -40,7 +40,7 @@ class DepthRelax : public ::testing::Test {
   const Camera camera_ = testing::make_session().left;
   const cv::Size size_{testing::kWidth, testing::kHeight};
   const Vec3 normal_ = unit(Vec3(.3f, .2f, 1));
-  const Image3 normals_ = Image3(size_, normal_);
+  const SurfaceNormals normals_{Image3(size_, normal_), Image1(size_, .06f)};
 };
 
 TEST_F(DepthRelax, CarriesThePlaneOverAGapWhateverTheStart) {
@@ -67,6 +67,22 @@ TEST_F(DepthRelax, GivesUpWhatWasMeasuredInScatteredLight) {
   mm(kGap).setTo(plane_mm(kGap.y, kGap.x) + 4.f);
   relax_depth(camera_, normals_, data, 3, &mm);
   EXPECT_LT(worst_mm(mm, kBesideGap), 0.3f);
+}
+
+TEST_F(DepthRelax, BelievesNormalsNoFurtherThanTheySayTheyAreRight) {
+  const cv::Rect edge(140, 0, 20, size_.height);  // beyond it nothing holds the surface
+  DepthMap data = measured();
+  data.sigma_mm(edge).setTo(.5f);
+  const auto worst_with = [&](float sigma_rad) {
+    SurfaceNormals tilted{normals_.unit.clone(), normals_.sigma_rad.clone()};
+    tilted.unit(edge).setTo(unit(normal_ + Vec3(.1f, 0, 0)));
+    tilted.sigma_rad(edge).setTo(sigma_rad);
+    Image1 mm = plane();
+    relax_depth(camera_, tilted, data, 3, &mm);
+    return worst_mm(mm, edge);
+  };
+  EXPECT_LT(worst_with(.5f), 0.1f);
+  EXPECT_GT(worst_with(.06f), 0.3f);
 }
 
 TEST_F(DepthRelax, LeavesASureMeasurementAsItIs) {

@@ -148,5 +148,30 @@ TEST(Smoothing, KeepsASlopeUpToItsEdgeAndDoesNotCrossASilhouette) {
   }
 }
 
+// A bar 6 mm high that stands 20 mm before a plane.
+std::optional<testing::SurfacePoint> bar_before_a_plane(const Vec3d& o, const Vec3d& d) {
+  const Vec3d front = o + d * ((20 - o[2]) / d[2]);
+  if (std::abs(front[1]) < 3 && std::abs(front[0]) < 50) return {{front, {0, 0, 1}}};
+  const Vec3d back = o + d * (-o[2] / d[2]);
+  if (std::abs(back[0]) < 60) return {{back, {0, 0, 1}}};
+  return std::nullopt;
+}
+
+TEST(Merge, KeepsWhatWasMeasuredBeforeASilhouetteThoughItIsNotSure) {
+  const Session session = testing::make_session();
+  const Burst burst = testing::photograph(session, bar_before_a_plane);
+  Geometry geometry = reconstruct_geometry(burst);
+  for (int i = 0; i < int(geometry.sigma_mm.total()); ++i) {
+    const cv::Point p(i % geometry.sigma_mm.cols, i / geometry.sigma_mm.cols);
+    if (geometry.position_mm(p)[2] > 15) geometry.sigma_mm(p) = 0.5f;
+  }
+  Normals normals;
+  normals.diffuse[1] = Image3(burst.regions.size(), Vec3(0, 0, 1));
+  normals.diffuse_confidence = Image1(burst.regions.size(), 1.f);
+  merge_with_normals(burst, normals, &geometry);
+  EXPECT_NEAR(geometry.position_mm(100, 80)[2], 20, 0.3f);
+  EXPECT_NEAR(geometry.position_mm(60, 80)[2], 0, 0.1f);
+}
+
 }  // namespace
 }  // namespace lamella::fit
