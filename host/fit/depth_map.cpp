@@ -10,9 +10,12 @@ namespace lamella::fit {
 
 namespace {
 
-constexpr int kLeastNeighbours = 5;  // of eight that agree
+constexpr int kLeastNeighbours = 3;  // of eight that agree: so many has the corner of an outline
+constexpr int kLonerStepPx = 3;      // neighbours may be as far apart as these see a silhouette:
+constexpr int kIslandStepPx = 2;     // a wrong turn is much further
 constexpr int kLeastIslandPx = 200;
 constexpr float kSmoothSigmaMm = 0.375f;
+constexpr float kPhaseBiasPx = 0.08f;  // of the projector's column on curved, scattering skin
 
 DepthMap triangulate(const Camera& camera, const Camera& projector,
                      const ProjectorColumns& columns) {
@@ -20,6 +23,7 @@ DepthMap triangulate(const Camera& camera, const Camera& projector,
   const cv::Size size = columns.u_px.size();
   DepthMap depth{Image1(size, kNaN), Image1(size, kNaN), columns.u_px.clone(),
                  float(cv::norm(centre) / camera.fx)};
+  depth.bias_mm = Image1(size, kNaN);
   parallel_for(size.height, [&](int y) {
     for (int x = 0; x < size.width; ++x) {
       const float u = columns.u_px(y, x);
@@ -34,6 +38,7 @@ DepthMap triangulate(const Camera& camera, const Camera& projector,
       const float slope = std::max(1e-6f, std::abs(float(s.px_per_mm[0])));
       depth.distance_mm(y, x) = float(mm);
       depth.sigma_mm(y, x) = columns.sigma_px(y, x) / slope;
+      depth.bias_mm(y, x) = kPhaseBiasPx / slope;
     }
   });
   return depth;
@@ -41,13 +46,13 @@ DepthMap triangulate(const Camera& camera, const Camera& projector,
 
 void drop_loners(DepthMap* depth) {
   const Image1 before = depth->distance_mm.clone();
+  const float limit = silhouette_step_mm(kLonerStepPx, depth->px_mm);
   parallel_for(before.rows, [&](int y) {
     for (int x = 0; x < before.cols; ++x) {
       if (std::isnan(before(y, x))) continue;
       int agreeing = -1;  // the pixel agrees with itself
       for (int j = std::max(0, y - 1); j <= std::min(before.rows - 1, y + 1); ++j) {
         for (int i = std::max(0, x - 1); i <= std::min(before.cols - 1, x + 1); ++i) {
-          const float limit = silhouette_step_mm(2, depth->px_mm);
           agreeing += std::abs(before(j, i) - before(y, x)) < limit;
         }
       }
@@ -61,7 +66,7 @@ void drop_loners(DepthMap* depth) {
 void drop_islands(DepthMap* depth, int least_px) {
   const Image1& mm = depth->distance_mm;
   const cv::Rect inside(0, 0, mm.cols, mm.rows);
-  const float limit = silhouette_step_mm(1, depth->px_mm);
+  const float limit = silhouette_step_mm(kIslandStepPx, depth->px_mm);
   Mask seen(mm.size(), 0);
   std::vector<cv::Point> island;
   for (int y = 0; y < mm.rows; ++y) {

@@ -12,12 +12,14 @@ struct DepthMap {
   Image1 u_px;          // projector column
   float px_mm = 1;      // size of a pixel on the face
   int penumbra_px = 3;  // beside a gap: scattered light alone is seen there; 0 of a mesh
+  Image1 bias_mm = {};  // one sigma, from light that scattered on its way; of no mesh
 
   void forget(int y, int x) { distance_mm(y, x) = sigma_mm(y, x) = u_px(y, x) = kNaN; }
 };
 
 // Ray and sheet of light, pixel by pixel, then without what cannot be surface (a wrong turn of the
-// phase leaves a pixel or a patch away from its neighbours), then averaged along the surface.
+// phase leaves a pixel or a patch away from its neighbours), then averaged along the surface. The
+// last pixels before a silhouette, where a surface falls steeply, stay.
 DepthMap measure_depth(const Camera& camera, const Camera& projector,
                        const ProjectorColumns& columns);
 

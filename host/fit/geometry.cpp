@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/parallel.h"
+#include "fit/bled_light.h"
 #include "fit/depth_fill.h"
 #include "fit/depth_map.h"
 #include "fit/gradient_inversion.h"
@@ -60,11 +61,16 @@ DepthMap depth_of(const Burst& burst, const Camera& camera, const std::vector<Im
 
 DepthMap triangulated_depth(const Burst& burst) {
   const Session& session = *burst.session;
+  const Camera projector = projector_of_fringes(burst);
   DepthMap depth = depth_of(burst, session.left, burst.fringe, burst.front_lit);
-  if (!burst.right_fringe.empty()) {
+  const Image1 share = projector_share(burst.front_lit, burst.full.cross, burst.regions > 0);
+  doubt_bled_light(session.left, projector, share, &depth);
+  if (burst.right_fringe.empty()) {
+    believe_alone(&depth);
+  } else {
     const DepthMap right =
         depth_of(burst, *session.right, burst.right_fringe, burst.right_front_lit);
-    refine_with_right(session.left, *session.right, projector_of_fringes(burst), right, &depth);
+    refine_with_right(session.left, *session.right, projector, right, &depth);
   }
   return depth;
 }

@@ -14,7 +14,6 @@ constexpr int kRounds = 3;
 constexpr double kSeenThroughMm = 3;   // what the right camera sees behind a point denies it
 constexpr double kDisagreementMm = 1;  // beyond the noise, between the pair and the projector
 constexpr double kDoubt = 0.2;         // share of the disagreement that stays in the answer
-constexpr double kPhaseBiasPx = 0.06;  // of the projector's column on curved, scattering skin
 
 // Column and distance in the right image between pixels; NaN at silhouettes and holes.
 struct DepthSample {
@@ -40,6 +39,10 @@ struct Match {
   double distance_mm = 0;
   double u_px_per_mm = 0;  // how fast the columns drift apart along the left ray
 };
+
+double sigma_alone_mm(const DepthMap& depth, int y, int x) {
+  return cv::norm(cv::Vec2d(depth.sigma_mm(y, x), depth.bias_mm(y, x)));
+}
 
 Match match(const Ray& ray, double start_mm, double u_px, const Camera& camera,
             const DepthMap& right) {
@@ -75,11 +78,17 @@ void refine_with_right(const Camera& left_camera, const Camera& right_camera,
       if (std::isnan(mm)) continue;
       const Ray ray{centre, left_camera.ray(x, y)};
       const Match m = match(ray, mm, left->u_px(y, x), right_camera, right);
-      if (m.verdict == Match::kDenied) left->forget(y, x);
-      if (m.verdict != Match::kFound) continue;
+      if (m.verdict == Match::kDenied) {
+        left->forget(y, x);
+        continue;
+      }
+      const double alone = sigma_alone_mm(*left, y, x);
+      if (m.verdict == Match::kNone) {
+        left->sigma_mm(y, x) = float(alone);
+        continue;
+      }
       const double per_mm = std::abs(sight(projector, ray.at(mm), ray.direction).px_per_mm[0]);
       const double sigma_u_px = left->sigma_mm(y, x) * per_mm;
-      const double alone = cv::norm(cv::Vec2d(left->sigma_mm(y, x), kPhaseBiasPx / per_mm));
       const double pair = std::sqrt(2.) * sigma_u_px / std::abs(m.u_px_per_mm);
       const double apart = m.distance_mm - mm;
       const double doubt = kDoubt * apart;
@@ -90,6 +99,15 @@ void refine_with_right(const Camera& left_camera, const Camera& right_camera,
       const double w = alone * alone / (alone * alone + pair * pair);
       mm += float(w * apart);
       left->sigma_mm(y, x) = float(cv::norm(cv::Vec2d(std::sqrt(w) * pair, doubt)));
+    }
+  });
+}
+
+void believe_alone(DepthMap* depth) {
+  parallel_for(depth->distance_mm.rows, [&](int y) {
+    for (int x = 0; x < depth->distance_mm.cols; ++x) {
+      if (std::isnan(depth->distance_mm(y, x))) continue;
+      depth->sigma_mm(y, x) = float(sigma_alone_mm(*depth, y, x));
     }
   });
 }

@@ -22,7 +22,7 @@ const fs::path kHead = fs::path(LAMELLA_SHARED) / "sessions" / "head";
 // shallow 0.12, deep 0.10, the view 0.15.
 const std::vector<std::string> kRequired{
     "position.error_mm.median<=0.030",
-    "position.rms_trimmed99_mm<=0.10",
+    "position.rms_trimmed99_mm<=0.065",
     "position.error_mm.rms<=0.20",
     "normal_specular.deg.median<=1.1",
     "normal_specular.deg.p95<=8.2",

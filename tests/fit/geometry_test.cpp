@@ -53,6 +53,16 @@ TEST(Geometry, NeedsNoRightCamera) {
   EXPECT_LT(testing::quantile(errors, 0.5), 0.1f);
 }
 
+TEST(Geometry, IsLessSureWhereOneCameraAloneSpeaks) {
+  Session session = testing::make_session();
+  const Shape shape = testing::sphere(60);
+  const Geometry pair = reconstruct_geometry(testing::photograph(session, shape));
+  session.right.reset();
+  const Geometry alone = reconstruct_geometry(testing::photograph(session, shape));
+  EXPECT_LT(pair.sigma_mm(100, 80), 0.05f);
+  EXPECT_GT(alone.sigma_mm(100, 80), 0.1f);  // the photographs are free of noise, phases of no bias
+}
+
 TEST(Geometry, TurnsWithTheRig) {
   Session session = testing::make_session(), turned_session = testing::make_session();
   const Mat33d turn(0.36, 0.48, -0.8, -0.8, 0.6, 0, 0.48, 0.64, 0.6);
