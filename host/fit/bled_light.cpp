@@ -1,5 +1,7 @@
 #include "fit/bled_light.h"
 
+#include <opencv2/imgproc.hpp>
+
 #include "base/parallel.h"
 #include "fit/order_statistics.h"
 #include "fit/smooth.h"
@@ -15,6 +17,7 @@ constexpr int kBrightStepPx = 5;      // together
 // below the last faces away.
 constexpr float kLeastOfSlope = 0.5f, kMostOfSlope = 1.6f, kAway = 0.2f;
 constexpr int kDoubtfulNeighbours = 3;  // of nine, itself among them: one may be noise
+constexpr int kAwayReachPx = 3;         // so near, what is doubtful has the same light
 constexpr float kBledBias = 5;          // times that of skin that is lit as it should be
 constexpr int kSlopeStepPx = 2;         // two neighbours further apart see a silhouette between
 
@@ -119,12 +122,15 @@ Image1 projector_share(const Image3& front_lit, const Image3& led_lit, const Mas
 void doubt_bled_light(const Camera& camera, const Camera& projector, const Image1& projector_share,
                       DepthMap* depth) {
   const Judged judged = judge_slopes(Facing(camera, projector, *depth), projector_share);
+  Mask beside;
+  cv::dilate(judged.away, beside, Mask::ones(2 * kAwayReachPx + 1, 2 * kAwayReachPx + 1));
   parallel_for(projector_share.rows, [&](int y) {
     for (int x = 0; x < projector_share.cols; ++x) {
       if (!(projector_share(y, x) < kDimShare)) continue;
-      if (judged.away(y, x)) {
+      const bool doubtful = neighbours_in(judged.doubtful, y, x) >= kDoubtfulNeighbours;
+      if (judged.away(y, x) || (doubtful && beside(y, x))) {
         depth->forget(y, x);
-      } else if (neighbours_in(judged.doubtful, y, x) >= kDoubtfulNeighbours) {
+      } else if (doubtful) {
         depth->bias_mm(y, x) *= kBledBias;
       }
     }

@@ -13,9 +13,10 @@ Image1 projector_share(const Image3& front_lit, const Image3& led_lit, const Mas
 
 // Light that bled into a shadow under the skin, or bounced there from face to face, has the phase
 // of where it came from: the surface that its columns tell lies along the sheets of light, and
-// faces away from a projector that makes it bright. What faces away so is forgotten, what is
-// otherwise as bright as no such slope would be gets a greater bias; only where `projector_share`
-// is small, as elsewhere such light is too little to matter.
+// faces away from a projector that makes it bright. What faces away so is forgotten, with what
+// is doubtful beside it; what is doubtful elsewhere, brighter or darker than its slope would be,
+// gets a greater bias. Only where `projector_share` is small: elsewhere such light is too little to
+// matter.
 void doubt_bled_light(const Camera& camera, const Camera& projector, const Image1& projector_share,
                       DepthMap* depth);
 

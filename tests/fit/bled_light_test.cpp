@@ -55,6 +55,17 @@ TEST_F(BledLight, IsDoubtedWhereTheSurfaceIsDarkerThanItsSlope) {
   EXPECT_FLOAT_EQ(depth_.bias_mm(20, 20), 0.1f);
 }
 
+TEST_F(BledLight, IsForgottenToWhereItsShadowEnds) {
+  tilt(0, 0.3f);
+  for (int x = kDim.x; x < kMiddle.x; ++x) {
+    depth_.distance_mm.col(x).rowRange(kDim.y, kDim.br().y) -= 7 * float(x - kMiddle.x);
+  }
+  doubt();
+  EXPECT_TRUE(std::isnan(depth_.distance_mm(90, 65)));
+  EXPECT_TRUE(std::isnan(depth_.distance_mm(90, 71)));
+  EXPECT_FALSE(std::isnan(depth_.distance_mm(90, 77)));
+}
+
 TEST_F(BledLight, IsNotSuspectedOnASlopeThatIsAsDimAsItShouldBe) {
   tilt(6, 0.3f);  // 68 degrees from the projector
   doubt();
