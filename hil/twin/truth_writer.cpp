@@ -2,12 +2,11 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
 
-#include "base/error.h"
 #include "base/parallel.h"
 #include "base/progress.h"
 #include "io/json_tree.h"
+#include "io/labels.h"
 #include "io/view.h"
 #include "io/whole_file.h"
 #include "twin/npz.h"
@@ -121,12 +120,6 @@ void write_kernels(const fs::path& file, const SkinProfiles& profiles) {
   write_npz(file, {r, values});
 }
 
-void write_mask(const fs::path& file, const Mask& mask) {
-  std::vector<uchar> png;
-  if (!cv::imencode(".png", mask, png)) throw_bad_input(file.string(), "cannot encode");
-  write_whole_text(file, std::string(png.begin(), png.end()));
-}
-
 // ---- views ----
 
 struct NamedView {
@@ -213,8 +206,8 @@ void write_one_view(const fs::path& folder, const Photographer& photographer,
       1024);
   write_view(folder / (named.name + ".json"), named.view);
   write_exr_rgb(folder / (named.name + ".exr"), r.image(radiance, {0, 0, 0}), PixelType::kHalf);
-  write_mask(folder / (named.name + "_mask.png"), subject);
-  write_mask(folder / (named.name + "_mask_seen.png"), seen);
+  write_labels(folder / (named.name + "_mask.png"), subject);
+  write_labels(folder / (named.name + "_mask_seen.png"), seen);
 }
 
 }  // namespace

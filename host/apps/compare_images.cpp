@@ -1,9 +1,10 @@
 #include "apps/compare_images.h"
 
 #include <algorithm>
-#include <opencv2/imgcodecs.hpp>
 
 #include "base/error.h"
+#include "io/picture_png.h"
+#include "io/whole_file.h"
 
 namespace lamella::apps {
 
@@ -103,15 +104,14 @@ double relative_rmse(const Image3& found, const Image3& truth, const Mask& mask)
 }
 
 Mask read_mask(const fs::path& file, const cv::Size& size) {
-  const cv::Mat mask = cv::imread(file.string(), cv::IMREAD_GRAYSCALE);
-  if (mask.empty()) throw_bad_input(file.string(), "cannot be read", "a PNG is expected");
-  if (mask.size() != size) {
-    throw_bad_input(file.string(), "is " + std::to_string(mask.cols) + "x" +
-                                       std::to_string(mask.rows) + ", the image " +
-                                       std::to_string(size.width) + "x" +
-                                       std::to_string(size.height));
+  const std::string bytes = read_text(file);
+  const cv::Size found = png_header(bytes, file.string()).size;
+  if (found != size) {
+    throw_bad_input(file.string(), "is " + size_words(found) + ", the image " + size_words(size));
   }
-  return mask > 0;
+  Mask is_zero;
+  cv::inRange(decode_png(bytes, file.string()), cv::Scalar::all(0), cv::Scalar::all(0), is_zero);
+  return ~is_zero;
 }
 
 }  // namespace lamella::apps

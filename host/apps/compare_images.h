@@ -14,8 +14,8 @@ Json image_figures(const Image3& found, const Image3& truth, const Mask& mask);
 // The relative RMSE alone.
 double relative_rmse(const Image3& found, const Image3& truth, const Mask& mask);
 
-// 255 where a PNG of labels or a mask is above 0. Throws Error where it cannot be read or is of
-// another size.
+// 255 where a PNG of labels or a mask, grey or in colour, is not 0 (black). Throws Error where it
+// cannot be read or is of another size.
 Mask read_mask(const fs::path& file, const cv::Size& size);
 
 }  // namespace lamella::apps

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <map>
-#include <opencv2/imgcodecs.hpp>
 
 #include "base/error.h"
+#include "io/labels.h"
 
 namespace lamella::apps {
 
@@ -236,16 +236,16 @@ ComparedMaps open_maps(const fs::path& found_folder, const fs::path& truth_folde
   maps.found_folder = found_folder;
   maps.truth_folder = truth_folder;
   maps.region_names = region_names;
-  maps.regions = cv::imread((truth_folder / "regions.png").string(), cv::IMREAD_GRAYSCALE);
-  if (maps.regions.empty()) {
-    throw_bad_input((truth_folder / "regions.png").string(), "cannot be read",
-                    "the second folder must hold the truth");
+  const fs::path labels = truth_folder / "regions.png";
+  if (!fs::exists(labels)) {
+    throw_bad_input(labels.string(), "cannot be read", "the second folder must hold the truth");
   }
+  maps.regions = read_labels(labels);
   for (uchar label : maps.regions) {
     if (label) maps.label.push_back(label);
   }
   if (maps.label.empty()) {
-    throw_bad_input((truth_folder / "regions.png").string(), "no pixel is labelled");
+    throw_bad_input(labels.string(), "no pixel is labelled");
   }
   return maps;
 }

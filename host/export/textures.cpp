@@ -3,19 +3,19 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "base/fill.h"
 #include "base/parallel.h"
 #include "export/normal_bake.h"
+#include "export/picture_jpeg.h"
+#include "io/picture_png.h"
 
 namespace lamella::exporting {
 
 namespace {
 
 constexpr int kJpegQuality = 92;
-constexpr int kPngLevel = 1;           // a few per cent larger than the best, many times faster
 constexpr float kDielectricC = 0.25f;  // c of a clean smooth interface: specular strength 1
 constexpr int kRoughnessSidePx = 256;  // six regions and soft borders need no more
 constexpr float kBorderBlur = 0.012f;  // of the roughness, share of the width
@@ -39,13 +39,9 @@ Image fitted(const Image& map, int side_px) {
 uchar byte_of(float value) { return uchar(std::clamp(value, 0.f, 1.f) * 255.f + 0.5f); }
 
 EncodedImage encoded(const char* name, const cv::Mat& bgr, bool as_jpeg) {
-  EncodedImage image{name, as_jpeg ? "image/jpeg" : "image/png", {}};
-  if (as_jpeg) {
-    cv::imencode(".jpg", bgr, image.bytes, {cv::IMWRITE_JPEG_QUALITY, kJpegQuality});
-  } else {
-    cv::imencode(".png", bgr, image.bytes, {cv::IMWRITE_PNG_COMPRESSION, kPngLevel});
-  }
-  return image;
+  if (as_jpeg) return {name, "image/jpeg", encode_jpeg(bgr, kJpegQuality)};
+  const std::string png = encode_png(bgr);
+  return {name, "image/png", {png.begin(), png.end()}};
 }
 
 // Bytes in OpenCV's order, b g r.

@@ -1,4 +1,4 @@
-// Label images: 8-bit grey PNG, one number a pixel, 0 the background.
+// Label images and masks: 8-bit grey PNG, one number a pixel, 0 the background.
 #pragma once
 
 #include "base/vec.h"

@@ -1,9 +1,9 @@
 #include "review/review.h"
 
-#include <opencv2/imgcodecs.hpp>
 #include <sstream>
 
 #include "base/error.h"
+#include "io/picture_png.h"
 #include "io/whole_file.h"
 #include "review/sheet.h"
 
@@ -45,9 +45,7 @@ void write_screenshot(const ReviewRequest& request, const fs::path& png) {
   sheet.look.gains = request.gains;
   sheet.look.exposure = request.exposure;
   const cv::Mat3b picture = draw_sheet(&renderer, window.fonts(), request.layers, sheet);
-  std::vector<uchar> bytes;
-  cv::imencode(".png", picture, bytes, {cv::IMWRITE_PNG_COMPRESSION, 9});
-  write_whole_text(png, std::string(bytes.begin(), bytes.end()));
+  write_whole_text(png, encode_png(picture, PngEffort::kSmall));
 }
 
 }  // namespace lamella::review

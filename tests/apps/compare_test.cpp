@@ -2,6 +2,7 @@
 #include <unistd.h>
 
 #include <functional>
+#include <opencv2/imgcodecs.hpp>
 
 #include "apps/compare_folders.h"
 #include "apps/compare_images.h"
@@ -9,6 +10,7 @@
 #include "apps/compare_profile.h"
 #include "apps/run_lamella.h"
 #include "base/error.h"
+#include "io/expect_error.h"
 #include "io/json.h"
 #include "io/layer_maps.h"
 #include "io/whole_file.h"
@@ -138,6 +140,28 @@ TEST(Images, AreComparedWhereTheMaskSays) {
   right(cv::Rect(5, 0, 5, 10)).setTo(255);
   EXPECT_NEAR(relative_rmse(found, truth, right), 0, 1e-12);
   EXPECT_GT(relative_rmse(found, truth, Mask()), 0.5);
+}
+
+TEST(Mask, IsWhereAPngOfAnyKindIsNotBlackAndOfTheSizeOfThePicture) {
+  const Folder folder;
+  const fs::path file = folder / "mask.png";
+  for (const int type : {CV_8UC1, CV_8UC3, CV_8UC4, CV_16UC1}) {
+    cv::Mat picture(10, 12, type, cv::Scalar(0, 0, 0, 255));
+    picture(cv::Rect(5, 0, 7, 10)).setTo(cv::Scalar(1, 0, 0, 255));
+    cv::imwrite(file.string(), picture);
+    const Mask mask = read_mask(file, {12, 10});
+    EXPECT_EQ(cv::countNonZero(mask), 70) << type;
+    EXPECT_EQ(cv::countNonZero(mask(cv::Rect(5, 0, 7, 10)) == 255), 70) << type;
+  }
+  EXPECT_TRUE(testing::names(testing::complaint([&] {
+                               read_mask(file, {10, 12});
+                             }),
+                             {"mask.png: is 12x10, the image 10x12"}));
+  write_whole_text(file, "white");
+  EXPECT_TRUE(testing::names(testing::complaint([&] {
+                               read_mask(file, {12, 10});
+                             }),
+                             {"mask.png: not a PNG image; save it as one"}));
 }
 
 TEST(Folders, OfTheSameMapsDifferInNothing) {

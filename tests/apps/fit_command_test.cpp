@@ -131,6 +131,14 @@ TEST_F(FitCommand, RefusesALabelImageThatIsNotOfThisSessionAndLeavesNothing) {
   EXPECT_FALSE(fs::exists(session() / "fit"));
 }
 
+TEST_F(FitCommand, RefusesALabelImageThatIsDamagedInOneLine) {
+  const fs::path png = session() / "regions.png";
+  std::fstream(png, std::ios::in | std::ios::out | std::ios::binary).seekp(60).put('\x55');
+  const Outcome fit = run_lamella({"fit", session().string()});
+  EXPECT_EQ(fit.exit_code, 2);
+  EXPECT_EQ(fit.err, "lamella: " + png.string() + ": damaged PNG image; copy it again\n");
+}
+
 TEST_F(FitCommand, RefusesAQualityThatIsNoneAndNamesThem) {
   const std::set<std::string> before = scratch_.contents();
   const Outcome fit = run_lamella({"fit", session().string(), "--quality", "best"});
