@@ -3,6 +3,7 @@
 
 #include "base/parallel.h"
 #include "fit/dot_measure.h"
+#include "fit/jackknife.h"
 #include "fit/layer_profile.h"
 #include "fit/layered_kernel.h"
 #include "fit/order_statistics.h"
@@ -20,20 +21,17 @@ constexpr double kBlend_mm = 3;  // l_d goes from one region's to the next's ove
 constexpr float kHighestReflectance = 0.97f;
 
 // Leaving out one group of dots after the other.
-double jackknife_stddev(const std::vector<const KernelEquations*>& dots,
-                        const KernelEquations& all) {
+double ld_jackknife_mm(const std::vector<const KernelEquations*>& dots,
+                       const KernelEquations& all) {
   const int groups = std::min(kJackknifeGroups, int(dots.size()));
   if (groups < 2) return 0;
-  std::vector<double> ld(size_t(groups), 0.0);
+  std::vector<double> ld_mm;
   for (int g = 0; g < groups; ++g) {
     KernelEquations rest = all;
     for (size_t i = size_t(g); i < dots.size(); i += size_t(groups)) rest += dots[i]->scaled(-1);
-    ld[size_t(g)] = fit_deep_profile(solve_kernel(rest, kOffsetSigma, kTailRidge).weight).ld_mm;
+    ld_mm.push_back(fit_deep_profile(solve_kernel(rest, kOffsetSigma, kTailRidge).weight).ld_mm);
   }
-  double mean = 0, square = 0;
-  for (double x : ld) mean += x / groups;
-  for (double x : ld) square += (x - mean) * (x - mean);
-  return std::sqrt(square * (groups - 1) / groups);
+  return jackknife_stddev(ld_mm);
 }
 
 // Medians over a region.
@@ -64,6 +62,24 @@ void add_bound(const std::string& at_bound, size_t channel, std::string* why, Do
   *doubt = Doubt::kAtBound;
 }
 
+// The profile's own deviations say how far rings may be wrong at one place; how far dots differ on
+// which place that is, profiles without a part of them say.
+void widen_by_dots(const std::vector<LayeredKernel>& without_part, const DeepProfile& deep,
+                   const ShallowLight& shallow, LayeredProfile* profile) {
+  std::vector<double> alpha_dot, shallow_alpha, shallow_ld_mm;
+  for (const LayeredKernel& kernel : without_part) {
+    const LayeredProfile rest =
+        refine_layered_profile(kernel, deep, shallow, kernel.thickness_mm, *profile);
+    alpha_dot.push_back(rest.alpha_dot);
+    shallow_alpha.push_back(rest.shallow_alpha);
+    shallow_ld_mm.push_back(rest.shallow_ld_mm);
+  }
+  const auto widen = [](double by, double* stddev) { *stddev = std::hypot(*stddev, by); };
+  widen(jackknife_stddev(alpha_dot), &profile->alpha_dot_stddev);
+  widen(jackknife_stddev(shallow_alpha), &profile->shallow_alpha_stddev);
+  widen(jackknife_stddev(shallow_ld_mm), &profile->shallow_ld_mm_stddev);
+}
+
 LayerContest fit_channel(const std::vector<const KernelEquations*>& dots,
                          const ShallowLight& shallow, double footprint_mm, size_t c,
                          RegionScattering* region) {
@@ -77,12 +93,14 @@ LayerContest fit_channel(const std::vector<const KernelEquations*>& dots,
   given.thickness_mm = region->thickness_mm;
   const LayeredKernel kernel =
       fit_layered_kernel(WeightEquations(all, kOffsetSigma), given, footprint_mm);
-  const LayeredProfile layers = fit_layered_profile(kernel, deep, shallow, region->thickness_mm);
+  LayeredProfile layers = fit_layered_profile(kernel, deep, shallow, region->thickness_mm);
+  LayerContest contest = contest_layers(dots, kernel, kOffsetSigma, footprint_mm);
+  widen_by_dots(contest.without_part, deep, shallow, &layers);
   region->ld_mm[c] = deep.ld_mm;
   // What the dots leave open is what the pull decides.
   const double stiff_mm =
       fit_deep_profile(solve_kernel(all, kOffsetSigma, kStiffRidge).weight).ld_mm;
-  region->ld_mm_stddev[c] = std::hypot(deep.ld_mm_stddev, jackknife_stddev(dots, all),
+  region->ld_mm_stddev[c] = std::hypot(deep.ld_mm_stddev, ld_jackknife_mm(dots, all),
                                        kPullShare * (deep.ld_mm - stiff_mm));
   region->deep_rms[c] = layers.deep_rms;
   region->alpha_dot[c] = layers.alpha_dot;
@@ -101,7 +119,7 @@ LayerContest fit_channel(const std::vector<const KernelEquations*>& dots,
     region->shallow_why = layers.shallow_why;
     region->shallow_doubt = Doubt::kNone;
   }
-  return contest_layers(dots, kernel, kOffsetSigma, footprint_mm);
+  return contest;
 }
 
 // One dipole for all of it: the deep layer is that, and there is no other.

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "fit/jackknife.h"
 
 namespace lamella::fit {
 
@@ -32,7 +33,7 @@ GainSpread spread_of(const std::vector<double>& values) {
 // Of figures that leave out one part each: the parts' share of the whole spread.
 double jackknife(const std::vector<double>& values, double whole) {
   if (values.size() < 2) return kUnknownSpread * whole;
-  return spread_of(values).stddev * double(values.size() - 1);
+  return jackknife_stddev(values);
 }
 
 // Root mean square difference, weighted by the light of a ring.
@@ -78,6 +79,7 @@ LayerContest contest_layers(const std::vector<const KernelEquations*>& dots,
     const double by_one = prediction_cost(unseen, one_here, ld_mm, footprint_mm);
     const double by_both = prediction_cost(unseen, both_here, ld_mm, footprint_mm);
     contest.gain.push_back((by_one - by_both) / std::max({by_one, by_both, kLeastCost}));
+    contest.without_part.push_back(both_here);
     lengths.push_back(one_here.ld_mm);
     alphas.push_back(model::alpha_from_s(one_here.s));
   }

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 #include <vector>
 
 #include "fit/layered_kernel.h"
@@ -173,29 +172,39 @@ double descend(const LayeredEquations& equations, LayeredParameters* at) {
   return summary.final_cost;
 }
 
-// The valley has side arms (a thin slab that scatters much, a thick one that scatters little): the
-// best of four descents.
-LayeredParameters fit_parameters(const LayeredEquations& equations, double deep_s) {
-  LayeredParameters best{};
-  double least = std::numeric_limits<double>::infinity();
-  for (LayeredParameters start :
+// Where descents ended, the best first.
+struct Arm {
+  LayeredParameters at;
+  double cost;
+};
+
+// The valley has side arms (a thin slab that scatters much, a thick one that scatters little): four
+// descents.
+std::vector<Arm> find_arms(const LayeredEquations& equations, double deep_s) {
+  std::vector<Arm> arms;
+  for (LayeredParameters at :
        {LayeredParameters{deep_s, 0.3, std::log(0.4)}, LayeredParameters{1.2, 0.17, std::log(1.3)},
         LayeredParameters{0.65, 0.16, std::log(1.9)}, LayeredParameters{1.2, 1.0, std::log(0.5)}}) {
-    const double cost = descend(equations, &start);
-    if (cost >= least) continue;
-    least = cost;
-    best = start;
+    const double cost = descend(equations, &at);
+    arms.push_back({at, cost});
   }
-  return best;
+  std::stable_sort(arms.begin(), arms.end(),
+                   [](const Arm& a, const Arm& b) { return a.cost < b.cost; });
+  return arms;
+}
+
+LayeredProfile figures_of(const LayeredParameters& at) {
+  LayeredProfile profile;
+  profile.alpha_dot = model::alpha_from_s(at.deep_s);
+  profile.shallow_alpha = model::alpha_from_s(at.shallow_s);
+  profile.shallow_ld_mm = std::exp(at.log_shallow_ld);
+  return profile;
 }
 
 LayeredProfile profile_at(const LayeredEquations& equations, LayeredParameters at) {
   ceres::Problem problem;
   pose(equations, &at, &problem);
-  LayeredProfile profile;
-  profile.alpha_dot = model::alpha_from_s(at.deep_s);
-  profile.shallow_alpha = model::alpha_from_s(at.shallow_s);
-  profile.shallow_ld_mm = std::exp(at.log_shallow_ld);
+  LayeredProfile profile = figures_of(at);
   profile.deep_at_bound = at_bound("alpha_dot", profile.alpha_dot, kLowestAlpha, kHighestAlpha, "");
   profile.shallow_at_bound =
       at_bound("alpha", profile.shallow_alpha, kLowestAlpha, kHighestAlpha, "");
@@ -216,11 +225,45 @@ LayeredProfile profile_at(const LayeredEquations& equations, LayeredParameters a
   return profile;
 }
 
+// An arm that costs hardly more than the best might as well be it: the cost is minus the logarithm
+// of the likelihood.
+void widen_by_arms(const std::vector<Arm>& arms, LayeredProfile* profile) {
+  LayeredProfile off;  // the furthest of them, weighted
+  const auto move = [](double from, double to, double weight, double* furthest) {
+    *furthest = std::max(*furthest, weight * std::abs(to - from));
+  };
+  for (const Arm& arm : arms) {
+    const LayeredProfile other = figures_of(arm.at);
+    const double weight = std::exp((arms.front().cost - arm.cost) / 2);
+    move(profile->alpha_dot, other.alpha_dot, weight, &off.alpha_dot);
+    move(profile->shallow_alpha, other.shallow_alpha, weight, &off.shallow_alpha);
+    move(profile->shallow_ld_mm, other.shallow_ld_mm, weight, &off.shallow_ld_mm);
+  }
+  const auto widen = [](double by, double* stddev) { *stddev = std::hypot(*stddev, by); };
+  widen(off.alpha_dot, &profile->alpha_dot_stddev);
+  widen(off.shallow_alpha, &profile->shallow_alpha_stddev);
+  widen(off.shallow_ld_mm, &profile->shallow_ld_mm_stddev);
+}
+
 void judge_shallow(double share, LayeredProfile* profile) {
   profile->shallow_fitted = share >= kSmallestShare;
   if (!profile->shallow_fitted) {
     profile->shallow_why = "the stripes show no shallow light above the noise";
   }
+}
+
+LayeredEquations ring_equations(const RadialProfile& kernel, const DeepProfile& deep,
+                                const ShallowLight& shallow, double thickness_mm) {
+  const std::vector<Sample> samples =
+      sample_kernel(kernel, kNearestSample_mm, kFurthestSample_mm, 32);
+  double light = 0;
+  for (const Sample& sample : samples) light += sample.r_mm * sample.r_mm * sample.value / 32;
+  LayeredEquations equations{{}, {std::max(shallow.albedo, kSmallestAlbedo), thickness_mm}};
+  for (const Sample& sample : samples) {
+    const double scale = sample.r_mm * sample.r_mm / (light * kKernelError);
+    equations.rings.push_back({sample, scale, deep.ld_mm, shallow.share, thickness_mm});
+  }
+  return equations;
 }
 
 }  // namespace
@@ -257,21 +300,23 @@ DeepProfile fit_deep_profile(const GaussianBasis::Weights& kernel) {
 
 LayeredProfile fit_layered_profile(const RadialProfile& kernel, const DeepProfile& deep,
                                    const ShallowLight& shallow, double thickness_mm) {
-  const std::vector<Sample> samples =
-      sample_kernel(kernel, kNearestSample_mm, kFurthestSample_mm, 32);
-  double light = 0;
-  for (const Sample& sample : samples) light += sample.r_mm * sample.r_mm * sample.value / 32;
-  LayeredEquations equations{{}, {std::max(shallow.albedo, kSmallestAlbedo), thickness_mm}};
-  for (const Sample& sample : samples) {
-    const double scale = sample.r_mm * sample.r_mm / (light * kKernelError);
-    equations.rings.push_back({sample, scale, deep.ld_mm, shallow.share, thickness_mm});
-  }
-  LayeredProfile profile =
-      profile_at(equations, fit_parameters(equations, deep.transport_mm / deep.ld_mm));
+  const LayeredEquations equations = ring_equations(kernel, deep, shallow, thickness_mm);
+  const std::vector<Arm> arms = find_arms(equations, deep.transport_mm / deep.ld_mm);
+  LayeredProfile profile = profile_at(equations, arms.front().at);
+  widen_by_arms(arms, &profile);
   profile.deep_rms = deep.rms;
   if (!deep.at_bound.empty()) profile.deep_at_bound = deep.at_bound;
   judge_shallow(shallow.share, &profile);
   return profile;
+}
+
+LayeredProfile refine_layered_profile(const RadialProfile& kernel, const DeepProfile& deep,
+                                      const ShallowLight& shallow, double thickness_mm,
+                                      const LayeredProfile& near) {
+  LayeredParameters at{model::s_from_alpha(near.alpha_dot), model::s_from_alpha(near.shallow_alpha),
+                       std::log(near.shallow_ld_mm)};
+  descend(ring_equations(kernel, deep, shallow, thickness_mm), &at);
+  return figures_of(at);
 }
 
 }  // namespace lamella::fit

@@ -41,4 +41,10 @@ struct ShallowLight {
 LayeredProfile fit_layered_profile(const RadialProfile& kernel, const DeepProfile& deep,
                                    const ShallowLight& shallow, double thickness_mm);
 
+// The same from a solution that is near, of the figures alone: of most of the dots, say, from that
+// of all.
+LayeredProfile refine_layered_profile(const RadialProfile& kernel, const DeepProfile& deep,
+                                      const ShallowLight& shallow, double thickness_mm,
+                                      const LayeredProfile& near);
+
 }  // namespace lamella::fit
