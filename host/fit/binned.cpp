@@ -217,6 +217,7 @@ void unbin_maps(const Labels& regions, const Camera& left, int bin_px, LayerMaps
   }
   spread.apply(&maps->specular_intensity);
   for (auto& [name, map] : maps->confidence) spread.apply(&map);
+  for (auto& [name, map] : maps->stddev) spread.apply(&map);
   for (Image3* map : {&maps->normal_specular, &maps->normal_diffuse[0], &maps->normal_diffuse[1],
                       &maps->normal_diffuse[2]}) {
     make_unit(map);

@@ -19,6 +19,11 @@ constexpr size_t kFewestKnown = 100;
 constexpr float kAboveKnown = 1.2f;
 constexpr float kDarkest = 1e-4f;  // albedo whose logarithm is still taken
 
+float relative_variance(float variance, float radiance) {
+  const float lit = std::max(radiance, kDarkest);
+  return variance / (lit * lit);
+}
+
 }  // namespace
 
 DiffuseTotal::DiffuseTotal(const Burst& burst, const Geometry& geometry, const Normals& normals)
@@ -73,7 +78,9 @@ TotalAtPixel DiffuseTotal::from_leds(int y, int x) const {
   const Vec3 light = leds_.at(normal(y, x), geometry_.position_mm(y, x)) * visible;
   TotalAtPixel total;
   for (int c = 0; c < 3; ++c) {
-    total.albedo[c] = 2 * burst_.full.cross(y, x)[c] / std::max(light[c], 1e-3f);
+    const float radiance = burst_.full.cross(y, x)[c];
+    total.albedo[c] = 2 * radiance / std::max(light[c], 1e-3f);
+    total.noise_variance[c] = relative_variance(burst_.led_noise.variance(radiance), radiance);
   }
   total.sigma = kLedError + kShadeError * (1 - visible) / visible;
   limit(y, x, &total);
@@ -85,8 +92,14 @@ TotalAtPixel DiffuseTotal::from_projector(int y, int x) const {
   const float clamped = std::max(cosine, kSmallestCosine);
   const float light = (1 - burst_.black_level) * geometry_.projector_irradiance(y, x) * clamped;
   const float sine = std::sqrt(std::max(0.f, 1 - clamped * clamped));
-  TotalAtPixel total{burst_.front_lit(y, x) * (2 / light),
-                     kLedError + kNormalError_rad * sine / clamped};
+  TotalAtPixel total{
+      burst_.front_lit(y, x) * (2 / light), kLedError + kNormalError_rad * sine / clamped, {}};
+  const float dark = burst_.projector_noise.variance(0);  // of BLACK, which hardly has photons
+  for (int c = 0; c < 3; ++c) {
+    const float radiance = burst_.front_lit(y, x)[c];
+    total.noise_variance[c] =
+        relative_variance(burst_.projector_noise.variance(radiance) + dark, radiance);
+  }
   limit(y, x, &total);
   return total;
 }
@@ -99,6 +112,9 @@ TotalAtPixel DiffuseTotal::from_both(int y, int x) const {
   for (int c = 0; c < 3; ++c) {
     const float p = std::max(leds.albedo[c], kDarkest), q = std::max(projector.albedo[c], kDarkest);
     both.albedo[c] = std::exp((a * std::log(p) + b * std::log(q)) / (a + b));
+    both.noise_variance[c] =
+        (a * a * leds.noise_variance[c] + b * b * projector.noise_variance[c]) /
+        ((a + b) * (a + b));
   }
   return both;
 }

@@ -9,7 +9,8 @@ namespace lamella::fit {
 
 struct TotalAtPixel {
   Vec3 albedo;
-  float sigma;  // relative
+  float sigma;          // relative, of what is not known of the light
+  Vec3 noise_variance;  // relative, of the camera's noise alone
 };
 
 class DiffuseTotal {

@@ -86,6 +86,7 @@ float square(float a) { return a * a; }
 // On the flank of a narrow lobe c itself is a quotient of two nothings.
 struct Evidence {
   float weighted_c = 0, weight = 0;
+  float noise_variance = 0;  // of `weighted_c`
 };
 
 class Weigher {
@@ -126,8 +127,10 @@ class Weigher {
     const Vec3 cross = lit.photographs.cross(y, x);
     const float s = mean(lit.photographs.parallel(y, x) - cross);
     const float radiance = mean(cross) + 0.5f * expected(y, x, lit.gain);
-    const float variance = 2 * lit.noise.variance(radiance) / 3 + model_variance;
-    return {lit.gain * (s - lit.single) / variance, square(lit.gain) / variance};
+    const float noise_variance = 2 * lit.noise.variance(radiance) / 3;
+    const float variance = noise_variance + model_variance;
+    return {lit.gain * (s - lit.single) / variance, square(lit.gain) / variance,
+            square(lit.gain / variance) * noise_variance};
   }
 
   const RegionFit& fit(int y, int x) const { return fits_[size_t(burst_.regions(y, x) - 1)]; }
@@ -166,7 +169,7 @@ Responses skin_responses(const Burst& burst, const Geometry& geometry, const Nor
 IntensityMap estimate_intensity(const Burst& burst, const Responses& responses,
                                 const std::vector<RegionFit>& fits) {
   const cv::Size size = burst.regions.size();
-  Image1 weight(size, 0.f), weighted(size, 0.f);
+  Image1 weight(size, 0.f), weighted(size, 0.f), noise_variance(size, 0.f);
   const Weigher weigher(burst, responses, fits);
   parallel_for(size.height, [&](int y) {
     for (int x = 0; x < size.width; ++x) {
@@ -174,13 +177,14 @@ IntensityMap estimate_intensity(const Burst& burst, const Responses& responses,
       const Evidence leds = weigher.from_leds(y, x), front = weigher.from_front(y, x);
       weight(y, x) = leds.weight + front.weight;
       weighted(y, x) = leds.weighted_c + front.weighted_c;
+      noise_variance(y, x) = leds.noise_variance + front.noise_variance;
     }
   });
   Image1 local_weight, local_weighted;
   const cv::Size window(kNeighbourhoodPx, kNeighbourhoodPx);
   cv::blur(weight, local_weight, window);
   cv::blur(weighted, local_weighted, window);
-  IntensityMap map{Image1(size, kNaN), Image1(size, 0.f)};
+  IntensityMap map{Image1(size, kNaN), Image1(size, 0.f), Image1(size, kNaN)};
   parallel_for(size.height, [&](int y) {
     for (int x = 0; x < size.width; ++x) {
       if (!burst.regions(y, x)) continue;
@@ -191,6 +195,7 @@ IntensityMap estimate_intensity(const Burst& burst, const Responses& responses,
       const float total = weight(y, x) + prior;
       const float c = (weighted(y, x) + prior * local) / total;
       map.c(y, x) = std::max(0.f, c);
+      map.stddev(y, x) = std::sqrt(noise_variance(y, x)) / total;
       const float relative = 1.f / (std::sqrt(total) * std::max(c, 0.1f * typical));
       map.confidence(y, x) = 1.f / (1.f + relative);
     }

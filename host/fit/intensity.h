@@ -24,6 +24,7 @@ Responses skin_responses(const Burst& burst, const Geometry& geometry, const Nor
 struct IntensityMap {
   Image1 c;           // of eq. 1
   Image1 confidence;  // 0 to 1: 1/(1 + relative standard deviation)
+  Image1 stddev;      // of the camera's noise alone
 };
 
 // c from GRADIENT_FULL and FRONT less single scattering, each weighted by its noise and by how well

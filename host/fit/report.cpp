@@ -53,6 +53,12 @@ void put_confidence(const std::string& name, const Image1& confidence, LayeredFi
   if (!confidence.empty()) fit->maps.confidence[name] = confidence;
 }
 
+void put_stddev(const std::string& map, const Image3& stddev, LayeredFit* fit) {
+  std::vector<cv::Mat> planes;
+  cv::split(stddev, planes);
+  for (size_t c = 0; c < 3; ++c) fit->maps.stddev[map + "." + "RGB"[c]] = planes[c];
+}
+
 // Of the pixels of a map, 0 where one of its channels is no number.
 void clear_unknown(const cv::Mat& map, Image1* confidence) {
   const int channels = map.channels();
@@ -172,6 +178,8 @@ void report_specular(const SpecularFit& specular, LayeredFit* fit) {
   fit->maps.single_albedo = specular.single_albedo;
   put_confidence("specular_intensity", specular.intensity_confidence, fit);
   put_confidence("single_albedo", specular.intensity_confidence, fit);
+  fit->maps.stddev["specular_intensity"] = specular.intensity_stddev;
+  put_stddev("single_albedo", specular.single_stddev, fit);
   for (int i = 0; i < fit->layers.regions_size(); ++i) {
     v1::Region* region = fit->layers.mutable_regions(i);
     v1::LayerChoice* choice = region->mutable_layers();
@@ -203,6 +211,8 @@ void report_separation(const Separation& separation, LayeredFit* fit) {
   fit->maps.deep_albedo = separation.deep_albedo;
   put_confidence("shallow_albedo", separation.confidence, fit);
   put_confidence("deep_albedo", separation.confidence, fit);
+  put_stddev("shallow_albedo", separation.shallow_stddev, fit);
+  put_stddev("deep_albedo", separation.deep_stddev, fit);
   (*fit->layers.mutable_checks())["separation_closure_rms"] = separation.closure_rms;
 }
 

@@ -11,8 +11,9 @@
 namespace lamella::fit {
 
 struct Separation {
-  Image3 shallow_albedo;  // 2 A / E
-  Image3 deep_albedo;     // 4 M / E
+  Image3 shallow_albedo;               // 2 A / E
+  Image3 deep_albedo;                  // 4 M / E
+  Image3 shallow_stddev, deep_stddev;  // of the camera's noise alone
   Image1 confidence;
   double closure_rms = 0;  // of shallow + deep against FRONT - BLACK, relative
 };

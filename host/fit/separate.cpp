@@ -228,6 +228,16 @@ ShareMap shares_of(const Burst& burst, const Stripes& stripes, Image1* other_var
   return map;
 }
 
+// Of share and rest of a total that have errors of their own.
+void put_stddev(const Vec3& share, const Vec3& share_variance, const TotalAtPixel& total,
+                Vec3* shallow, Vec3* deep) {
+  for (int c = 0; c < 3; ++c) {
+    const float rest = 1 - share[c], own = share_variance[c], common = total.noise_variance[c];
+    (*shallow)[c] = total.albedo[c] * std::sqrt(own + share[c] * share[c] * common);
+    (*deep)[c] = total.albedo[c] * std::sqrt(own + rest * rest * common);
+  }
+}
+
 // Odd, as a window is.
 int detail_px(const Camera& camera) {
   const double px = kDetail_mm * camera.fx / camera.depth_mm({0, 0, 0});
@@ -242,6 +252,8 @@ Separation separate_layers(const Burst& burst, const Geometry& geometry, const N
   const Vec3 nowhere(kNaN, kNaN, kNaN);
   separation.shallow_albedo = Image3(size, nowhere);
   separation.deep_albedo = Image3(size, nowhere);
+  separation.shallow_stddev = Image3(size, nowhere);
+  separation.deep_stddev = Image3(size, nowhere);
   separation.confidence = Image1(size, 0.f);
   separation.closure_rms = closure(burst);
   Stripes stripes(burst, geometry, normals);
@@ -258,6 +270,8 @@ Separation separate_layers(const Burst& burst, const Geometry& geometry, const N
       const Vec3 shallow = map.share(y, x);
       separation.shallow_albedo(y, x) = shallow.mul(whole.albedo);
       separation.deep_albedo(y, x) = (Vec3(1, 1, 1) - shallow).mul(whole.albedo);
+      put_stddev(shallow, map.passed_variance(y, x), whole, &separation.shallow_stddev(y, x),
+                 &separation.deep_stddev(y, x));
       const float variance = other_variance(y, x) + mean(map.noise_variance(y, x));
       const float relative = std::sqrt(variance + whole.sigma * whole.sigma);
       separation.confidence(y, x) = 1 / (1 + relative / 0.1f);

@@ -20,6 +20,7 @@ class RegionShare {
       : box_(cv::boundingRect(regions == label)),
         share_(map->share(box_)),
         noise_(map->noise_variance(box_)),
+        passed_(map->passed_variance(box_)),
         inside_(box_.size(), 0.f) {
     for (int y = 0; y < box_.height; ++y) {
       for (int x = 0; x < box_.width; ++x) {
@@ -36,12 +37,11 @@ class RegionShare {
     const cv::Size window(window_px, window_px);
     Image3 sum(box_.size(), Vec3(0, 0, 0));
     share_.copyTo(sum, inside_ > 0);
-    Image1 weight;
     cv::boxFilter(sum, mean_, -1, window, {-1, -1}, false, cv::BORDER_CONSTANT);
-    cv::boxFilter(inside_, weight, -1, window, {-1, -1}, false, cv::BORDER_CONSTANT);
+    cv::boxFilter(inside_, neighbours_, -1, window, {-1, -1}, false, cv::BORDER_CONSTANT);
     for (int y = 0; y < box_.height; ++y) {
       for (int x = 0; x < box_.width; ++x) {
-        if (inside_(y, x) > 0) mean_(y, x) *= 1 / weight(y, x);
+        if (inside_(y, x) > 0) mean_(y, x) *= 1 / neighbours_(y, x);
       }
     }
   }
@@ -61,11 +61,13 @@ class RegionShare {
   }
 
   void apply(const Mat33& gain) {
-    const cv::Matx33f g(gain);
+    const cv::Matx33f g(gain), squares = g.mul(g);
     for (int y = 0; y < box_.height; ++y) {
       for (int x = 0; x < box_.width; ++x) {
         if (!(inside_(y, x) > 0)) continue;
         share_(y, x) = mean_(y, x) + g * (share_(y, x) - mean_(y, x));
+        const float mean_share = 1 / neighbours_(y, x);  // the pixel's own, in the mean
+        passed_(y, x) = noise_(y, x) * mean_share + (squares * noise_(y, x)) * (1 - mean_share);
         for (int c = 0; c < 3; ++c) noise_(y, x)[c] *= std::max(0.f, g(c, c));
       }
     }
@@ -85,14 +87,15 @@ class RegionShare {
   }
 
   cv::Rect box_;
-  Image3 share_, noise_, mean_;  // the first two are the map's own
-  Image1 inside_;
+  Image3 share_, noise_, passed_, mean_;  // the first three are the map's own
+  Image1 inside_, neighbours_;            // 1 where there is a pixel; how many a mean is of
   double count_ = 0;
 };
 
 }  // namespace
 
 void remove_share_noise(const Labels& regions, int region_count, int window_px, ShareMap* map) {
+  map->passed_variance = map->noise_variance.clone();
   parallel_for(region_count, [&](int i) {
     RegionShare region(regions, i + 1, map);
     if (region.count() < kFewestPixels) return;

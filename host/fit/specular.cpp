@@ -24,13 +24,14 @@ std::vector<SkinModel> skins_of(const std::vector<RegionFit>& fits, float g) {
   return skins;
 }
 
-// alpha of eq. 3 from a region's amplitude, on every pixel of it.
-Image3 single_albedo_map(const Labels& regions, const SpecularFit& fit) {
+// alpha of eq. 3 from a region's amplitude, or from its deviation, on every pixel of it.
+Image3 single_albedo_map(const Labels& regions, const SpecularFit& fit,
+                         std::array<double, 3> RegionSingle::*amplitude) {
   std::vector<Vec3> alpha(1, Vec3(kNaN, kNaN, kNaN));
   for (const RegionSingle& single : fit.single) {
     Vec3 a;
     for (int c = 0; c < 3; ++c) {
-      a[c] = float(model::alpha_from_amplitude(single.amplitude[size_t(c)], fit.g[size_t(c)]));
+      a[c] = float(model::alpha_from_amplitude((single.*amplitude)[size_t(c)], fit.g[size_t(c)]));
     }
     alpha.push_back(a);
   }
@@ -87,7 +88,9 @@ SpecularFit fit_specular(const Burst& burst, const Geometry& geometry, const Nor
   const IntensityMap intensity = estimate_intensity(burst, responses, fits);
   out.intensity = intensity.c;
   out.intensity_confidence = intensity.confidence;
-  out.single_albedo = single_albedo_map(burst.regions, out);
+  out.intensity_stddev = intensity.stddev;
+  out.single_albedo = single_albedo_map(burst.regions, out, &RegionSingle::amplitude);
+  out.single_stddev = single_albedo_map(burst.regions, out, &RegionSingle::amplitude_stddev);
   out.polarized_front = predicted(burst.regions, out, responses.front_lobe, responses.front_single);
   out.polarized_full = predicted(burst.regions, out, responses.led_lobe, responses.led_single);
   return out;

@@ -32,7 +32,9 @@ struct SpecularFit {
   std::string g_assumes;
   Image1 intensity;  // c of eq. 1
   Image1 intensity_confidence;
+  Image1 intensity_stddev;                 // of the camera's noise alone
   Image3 single_albedo;                    // alpha of eq. 3 as printed
+  Image3 single_stddev;                    // of its region's amplitude
   Image3 polarized_front, polarized_full;  // S under FRONT and GRADIENT_FULL as the fit predicts it
 };
 

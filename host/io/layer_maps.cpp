@@ -1,5 +1,7 @@
 #include "io/layer_maps.h"
 
+#include <bit>
+#include <cmath>
 #include <functional>
 
 #include "base/error.h"
@@ -85,6 +87,22 @@ void write_confidence(const fs::path& file, const std::map<std::string, Image1>&
   write_exr(file, channels, PixelType::kHalf);
 }
 
+// To 3 %: what a deviation is known to, by far.
+float rounded_deviation(float value) {
+  constexpr uint32_t kDropped = 18;  // of a float's 23 bits
+  const uint32_t bits = std::bit_cast<uint32_t>(value) + (1u << (kDropped - 1));
+  return std::isfinite(value) ? std::bit_cast<float>(bits >> kDropped << kDropped) : value;
+}
+
+void write_stddev(const fs::path& file, const std::map<std::string, Image1>& stddev) {
+  std::vector<std::pair<std::string, Image1>> channels;
+  for (const auto& [name, plane] : stddev) {
+    channels.emplace_back(name, plane.clone());
+    for (float& value : channels.back().second) value = rounded_deviation(value);
+  }
+  write_exr(file, channels, PixelType::kHalf);
+}
+
 // Every map shows the same pixels.
 void require_one_size(const fs::path& folder, const LayerMaps& maps) {
   const auto require = [&](const std::string& file, cv::Size size) {
@@ -155,6 +173,7 @@ void write_layer_maps(const fs::path& folder, const LayerMaps& maps) {
   if (!maps.confidence.empty()) {
     jobs.push_back([&] { write_confidence(at("confidence"), maps.confidence); });
   }
+  if (!maps.stddev.empty()) jobs.push_back([&] { write_stddev(at("stddev"), maps.stddev); });
   for (const Map3& m : kMaps3) {
     if ((maps.*m.member).empty()) continue;
     jobs.push_back([&maps, &m, at] {

@@ -22,6 +22,9 @@ struct LayerMaps {
   Image3 deep_alpha;
   Image3 deep_ld_mm;
   std::map<std::string, Image1> confidence;  // by map name, 0 to 1; empty in truth/
+  // What the camera's noise alone does to a map, one sigma, in its unit: "deep_albedo.R". Of the
+  // fit; not read back.
+  std::map<std::string, Image1> stddev;
   Labels regions;
 };
 

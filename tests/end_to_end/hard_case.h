@@ -174,6 +174,9 @@ class HardCase : public ::testing::Test {
     for (const auto& [name, map] : maps_of(whole->maps)) {
       EXPECT_EQ(pixels_that_differ(maps.at(name), map), "") << name;
     }
+    for (const auto& [name, map] : whole->maps.stddev) {
+      EXPECT_EQ(pixels_that_differ(found.maps.stddev.at(name), map), "") << name;
+    }
   }
 
   // Everything that the fit says of every map, pixel by pixel.

@@ -80,6 +80,32 @@ class Repeats {
   std::map<std::string, std::vector<std::pair<double, double>>> figures_;
 };
 
+// Of one draw's map and another's: over the pixels, how many differ by less than what the noise of
+// either is said to make.
+Coverage pixels_between(const LayerMaps& a, const LayerMaps& b, const std::string& map) {
+  Coverage coverage;
+  const auto values = named_maps(a), others = named_maps(b);
+  for (size_t i = 0; i < values.size(); ++i) {
+    if (values[i].first != map) continue;
+    std::vector<cv::Mat> planes, other_planes;
+    cv::split(values[i].second, planes);
+    cv::split(others[i].second, other_planes);
+    for (size_t c = 0; c < planes.size(); ++c) {
+      const std::string channel = planes.size() > 1 ? map + "." + "RGB"[c] : map;
+      const Image1 &s = a.stddev.at(channel), &t = b.stddev.at(channel);
+      const Image1 value = planes[c], other = other_planes[c];
+      for (int y = 0; y < s.rows; ++y) {
+        for (int x = 0; x < s.cols; ++x) {
+          if (!std::isfinite(s(y, x)) || !std::isfinite(t(y, x))) continue;
+          coverage.add(value(y, x), std::hypot(s(y, x), t(y, x)), other(y, x));
+        }
+      }
+    }
+  }
+  EXPECT_GT(coverage.count, 10000) << map;
+  return coverage;
+}
+
 struct Coverages {
   Coverage width, lobe, single, length;
   Repeats dipole, slab;
@@ -119,18 +145,24 @@ TEST(Uncertainty, TruthLiesWithinOneSigmaAboutTwoThirdsOfTheTime) {
   twin::write_truth(scratch.path() / "truth", photographer);
   const v1::Layers truth = read_layers(scratch.path() / "truth" / "layers.json");
   Coverages coverages;
+  std::vector<LayerMaps> maps;
   for (uint64_t seed = first_seed(); seed < first_seed() + kSeeds; ++seed) {
     twin::Studio studio(photographer, seed);
     const fs::path folder = scratch.path() / std::to_string(seed);
     twin::write_session(folder, photographer, &studio);
     fs::copy_file(scratch.path() / "truth" / "regions.png", folder / "regions.png");
-    const v1::Layers found = fit::fit_layers(read_session(folder), fit::Step::kAlbedo).layers;
+    const fit::LayeredFit fit = fit::fit_layers(read_session(folder), fit::Step::kAlbedo);
+    const v1::Layers& found = fit.layers;
+    maps.push_back(fit.maps);
     for (int r = 0; r < found.regions_size(); ++r) {
       ASSERT_EQ(found.regions(r).name(), truth.regions(r).name());
       coverages.add(found.regions(r), truth.regions(r));
     }
   }
   coverages.judge();
+  for (const char* map : {"shallow_albedo", "deep_albedo", "specular_intensity"}) {
+    pixels_between(maps[0], maps[1], map).judge(map);
+  }
 }
 
 }  // namespace

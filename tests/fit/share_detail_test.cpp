@@ -19,9 +19,9 @@ struct Made {
   ShareMap map{Image3(kSkinSide_px, kSkinSide_px), Image3(kSkinSide_px, kSkinSide_px)};
 };
 
-Made made(float noise) {
+Made made(float noise, uint64_t seed = 1) {
   Made made;
-  cv::RNG random(1);
+  cv::RNG random(seed);
   for (int y = 0; y < kSkinSide_px; ++y) {
     for (int x = 0; x < kSkinSide_px; ++x) {
       made.regions(y, x) = x < kSkinSide_px / 2 ? 1 : 2;
@@ -63,6 +63,23 @@ TEST(ShareDetail, SaysWhatNoiseIsLeft) {
   Made noisy = made(kShareNoise);
   remove_share_noise(noisy.regions, 2, kWindow_px, &noisy.map);
   EXPECT_NEAR(std::sqrt(mean_variance(noisy.map)) / rms_error(noisy.map), 1, 0.25);
+}
+
+// Two photographs of one skin differ by what noise is in either.
+TEST(ShareDetail, SaysByHowMuchNoiseAloneLetsItDiffer) {
+  Made one = made(kShareNoise, 1), other = made(kShareNoise, 2);
+  for (Made* either : {&one, &other}) {
+    remove_share_noise(either->regions, 2, kWindow_px, &either->map);
+  }
+  double difference = 0, told = 0;
+  for (int y = 0; y < kSkinSide_px; ++y) {
+    for (int x = 0; x < kSkinSide_px; ++x) {
+      const Vec3 off = one.map.share(y, x) - other.map.share(y, x);
+      difference += double(dot(off, off));
+      told += 3.0 * double(mean(one.map.passed_variance(y, x) + other.map.passed_variance(y, x)));
+    }
+  }
+  EXPECT_NEAR(std::sqrt(difference / told), 1, 0.05);
 }
 
 TEST(ShareDetail, ChangesNothingWithoutNoise) {

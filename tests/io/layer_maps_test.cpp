@@ -33,6 +33,7 @@ LayerMaps all_maps() {
   m.deep_alpha = plane(10);
   m.deep_ld_mm = plane(11);
   m.confidence["position"] = Image1(5, 4, 0.5f);
+  m.stddev["deep_albedo.R"] = Image1(5, 4, 0.0123f);
   m.regions = Labels(5, 4, uchar(3));
   return m;
 }
@@ -78,6 +79,19 @@ TEST(LayerMaps, HaveTheChannelNamesOfTheFormat) {
   EXPECT_EQ(exr_channels(scratch.path() / "deep_ld.exr"), (Channels{"B", "G", "R"}));
   EXPECT_EQ(exr_channels(scratch.path() / "normal_diffuse.exr").size(), 9u);
   EXPECT_EQ(exr_channels(scratch.path() / "confidence.exr"), Channels{"position"});
+  EXPECT_EQ(exr_channels(scratch.path() / "stddev.exr"), Channels{"deep_albedo.R"});
+}
+
+TEST(LayerMaps, KeepDeviationsToThreePercent) {
+  const ScratchFolder scratch;
+  LayerMaps maps = all_maps();
+  Image1& stddev = maps.stddev["deep_albedo.R"];
+  stddev(0, 0) = kNaN;
+  for (int x = 1; x < 4; ++x) stddev(0, x) = std::pow(10.f, float(-x)) * 1.37f;
+  write_layer_maps(scratch.path(), maps);
+  const Image1 back = read_exr(scratch.path() / "stddev.exr", {"deep_albedo.R"})[0];
+  EXPECT_TRUE(std::isnan(back(0, 0)));
+  for (int x = 1; x < 4; ++x) EXPECT_NEAR(back(0, x) / stddev(0, x), 1, 0.016);
 }
 
 TEST(LayerMaps, MustAllShowTheSamePixels) {
