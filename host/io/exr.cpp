@@ -4,7 +4,6 @@
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfInputFile.h>
-#include <OpenEXR/ImfOutputFile.h>
 #include <OpenEXR/ImfTestFile.h>
 
 #include <array>
@@ -13,6 +12,7 @@
 
 #include "base/error.h"
 #include "io/exr_zip.h"
+#include "io/exr_zip_write.h"
 #include "io/whole_file.h"
 
 namespace lamella {
@@ -21,7 +21,6 @@ namespace {
 
 constexpr uint32_t kExrMagic = 20000630;
 constexpr uint32_t kExrDeepOrMultiPart = 0x800 | 0x1000;
-constexpr int kZipLevel = 1;  // level 4 halves the speed for 3 % of the size of float maps
 
 cv::Size checked_size(const Imf::InputFile& file, const fs::path& path) {
   const Imath::Box2i box = file.header().dataWindow();
@@ -123,47 +122,17 @@ Image3 read_interleaved(const fs::path& path, const std::vector<std::string>& na
   });
 }
 
-void write_planes(const fs::path& path, cv::Size size, const std::vector<ExrPlane>& planes,
-                  PixelType type) {
-  write_whole_file(path, [&](const fs::path& temporary) {
-    Imf::Header header(size.width, size.height);
-    header.compression() = Imf::ZIP_COMPRESSION;
-    header.zipCompressionLevel() = kZipLevel;
-    const Imf::PixelType stored = type == PixelType::kHalf ? Imf::HALF : Imf::FLOAT;
-    Imf::FrameBuffer buffer;
-    for (const ExrPlane& p : planes) {
-      header.channels().insert(p.name, Imf::Channel(stored));
-      buffer.insert(p.name, Imf::Slice(stored, p.base, p.x_stride, p.y_stride));
-    }
-    Imf::OutputFile file(temporary.c_str(), header, 0);
-    file.setFrameBuffer(buffer);
-    file.writePixels(size.height);
-  });
-}
-
-// OpenEXR does not convert on writing: half files are written from half copies.
-std::vector<std::pair<std::string, cv::Mat>> as_half(
-    const std::vector<std::pair<std::string, Image1>>& channels) {
-  std::vector<std::pair<std::string, cv::Mat>> halves;
-  for (const auto& [name, image] : channels) {
-    cv::Mat half;
-    image.convertTo(half, CV_16F);
-    halves.emplace_back(name, half);
-  }
-  return halves;
-}
-
 void write_interleaved(const fs::path& path, const Image3& image, const std::string& names,
                        PixelType type) {
-  cv::Mat pixels = image;
-  if (type == PixelType::kHalf) image.convertTo(pixels, CV_16F);
-  const size_t bytes = pixels.elemSize1();
-  std::vector<ExrPlane> planes;
+  std::vector<ExrSource> sources;
   for (int c = 0; c < 3; ++c) {
-    planes.push_back({std::string(1, names[c]), reinterpret_cast<char*>(pixels.data) + c * bytes,
-                      3 * bytes, pixels.step[0]});
+    sources.push_back({std::string(1, names[c]),
+                       reinterpret_cast<const char*>(image.data) + c * sizeof(float), sizeof(Vec3),
+                       image.step[0]});
   }
-  write_planes(path, image.size(), planes, type);
+  write_whole_file(path, [&](const fs::path& temporary) {
+    write_zip(temporary, image.size(), sources, type);
+  });
 }
 
 }  // namespace
@@ -213,17 +182,14 @@ void write_exr(const fs::path& path, const std::vector<std::pair<std::string, Im
       throw_bad_input(path.string(), "channel " + name + " has another size than the first");
     }
   }
-  std::vector<std::pair<std::string, cv::Mat>> stored;
-  if (type == PixelType::kHalf) {
-    stored = as_half(channels);
-  } else {
-    stored.assign(channels.begin(), channels.end());
+  std::vector<ExrSource> sources;
+  for (const auto& [name, image] : channels) {
+    sources.push_back({name, reinterpret_cast<const char*>(image.data), sizeof(float),
+                       image.step[0]});
   }
-  std::vector<ExrPlane> planes;
-  for (const auto& [name, image] : stored) {
-    planes.push_back({name, reinterpret_cast<char*>(image.data), image.elemSize1(), image.step[0]});
-  }
-  write_planes(path, channels.front().second.size(), planes, type);
+  write_whole_file(path, [&](const fs::path& temporary) {
+    write_zip(temporary, channels.front().second.size(), sources, type);
+  });
 }
 
 void write_exr_rgb(const fs::path& path, const Image3& rgb, PixelType type) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/vec.h"
+#include "io/exr_zip_write.h"
 
 namespace lamella {
 
@@ -36,8 +37,6 @@ std::string size_words(cv::Size size);
 
 // Names of the channels of a file, sorted.
 std::vector<std::string> exr_channels(const fs::path& path);
-
-enum class PixelType { kHalf, kFloat };
 
 // All images of one size. ZIP compressed, through a temporary file and a rename.
 void write_exr(const fs::path& path, const std::vector<std::pair<std::string, Image1>>& channels,

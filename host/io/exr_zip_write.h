@@ -1,0 +1,26 @@
+// ZIP-compressed scanline files, written. libdeflate compresses three times as fast as zlib, which
+// OpenEXR 3.1 uses itself, and chunks are compressed on all processors.
+#pragma once
+
+#include <filesystem>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+namespace lamella {
+
+enum class PixelType { kHalf, kFloat };
+
+// Where the floats of one channel are.
+struct ExrSource {
+  std::string name;
+  const char* base;  // first pixel
+  size_t x_stride, y_stride;
+};
+
+// Writes `sources`, of different names, as channels of `stored` of an image of `size`. The same
+// floats give the same bytes. Throws std::exception where the file cannot be written.
+void write_zip(const std::filesystem::path& file, cv::Size size, std::vector<ExrSource> sources,
+               PixelType stored);
+
+}  // namespace lamella
