@@ -34,17 +34,17 @@ void run_specular_normals(const KnownScene& scene, fit::LayeredFit* fit) {
       distance_mm(y, x) = length(scene_mm(y, x) - centre_mm);
     }
   });
-  const float px_mm = float(cv::norm(camera.centre_mm()) / camera.fx);
   fit::Normals normals = scene.normals;
   normals.specular = fit::add_specular_detail(
-      scene.burst, {scene.geometry.to_camera, distance_mm, px_mm}, scene.normals.diffuse[2]);
+      scene.burst, {scene.geometry.to_camera, distance_mm, float(camera.pixel_mm())},
+      scene.normals.diffuse[2]);
   fit::report_normals(normals, fit);
 }
 
 fit::LightVisibility visibility_in(const KnownScene& scene) {
   const Session& session = *scene.burst.session;
   return {scene.geometry.position_mm, scene.geometry.to_camera, session.stage,
-          session.projector.centre_mm()};
+          session.projector.centre_mm(), fit::LightVisibility::step_for(session.left)};
 }
 
 std::vector<fit::SkinModel> skin_models(const std::vector<fit::RegionFit>& fits, float g) {

@@ -55,6 +55,8 @@ double Camera::depth_mm(const Vec3d& x_rig_mm) const {
   return (cam_from_rig * x_rig_mm + translation_mm)[2];
 }
 
+double Camera::pixel_mm() const { return cv::norm(centre_mm()) / fx; }
+
 cv::Matx34d Camera::projection() const {
   const Mat33d k(fx, 0, cx, 0, fy, cy, 0, 0, 1);
   const Mat33d kr = k * cam_from_rig;

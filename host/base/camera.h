@@ -37,6 +37,9 @@ struct Camera {
   // Depth along the optical axis, mm.
   double depth_mm(const Vec3d& x_rig_mm) const;
 
+  // Size of a pixel on a subject at the rig's origin, mm.
+  double pixel_mm() const;
+
   // 3x4 of an undistorted projection: (u w, v w, w) = P (x, y, z, 1).
   cv::Matx34d projection() const;
 };

@@ -11,4 +11,7 @@ namespace lamella {
 // depend on who stole from whom.
 void parallel_for(int n, const std::function<void(int)>& body, int grain = 1);
 
+// Runs both at the same time; throws what one of them threw. Loops inside them share the cores.
+void parallel_both(const std::function<void()>& one, const std::function<void()>& other);
+
 }  // namespace lamella

@@ -60,13 +60,13 @@ struct ResponseMaker {
   }
 
   void cells(int cell_row) const {
-    constexpr int kStep = LightVisibility::kStep;
+    const int step = visibility.step_px();
     const cv::Size size = burst.regions.size();
     LedCell cell;
-    for (int x0 = 0; x0 < size.width; x0 += kStep) {
+    for (int x0 = 0; x0 < size.width; x0 += step) {
       bool entered = false;
-      for (int y = cell_row * kStep; y < std::min(size.height, (cell_row + 1) * kStep); ++y) {
-        for (int x = x0; x < std::min(size.width, x0 + kStep); ++x) {
+      for (int y = cell_row * step; y < std::min(size.height, (cell_row + 1) * step); ++y) {
+        for (int x = x0; x < std::min(size.width, x0 + step); ++x) {
           if (!burst.regions(y, x) || !is_finite(geometry.position_mm(y, x))) continue;
           if (!is_finite(normals.specular(y, x))) continue;
           if (!entered)
@@ -161,7 +161,7 @@ Responses skin_responses(const Burst& burst, const Geometry& geometry, const Nor
   const ResponseMaker maker{burst,      geometry, normals,
                             visibility, skins,    LedField(burst.session->stage, visibility),
                             &out};
-  const int cell_rows = (burst.regions.rows - 1) / LightVisibility::kStep + 1;
+  const int cell_rows = (burst.regions.rows - 1) / visibility.step_px() + 1;
   parallel_for(cell_rows, [&](int i) { maker.cells(i); });
   return out;
 }

@@ -1,5 +1,8 @@
 #include "fit/light_visibility.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "base/grid_mesh.h"
 #include "base/parallel.h"
 #include "base/ray_scene.h"
@@ -8,15 +11,15 @@ namespace lamella::fit {
 
 namespace {
 
-constexpr int kMeshStep = 4;        // pixels between vertices of the shadow caster
+constexpr double kNodes_mm = 2;     // between nodes: shadows of lights half a sphere away are wider
 constexpr float kMaxEdgeMm = 15.f;  // longer edges bridge air
 constexpr float kLiftMm = 0.5f;     // towards the camera, off the noise of the surface
 constexpr float kNearMm = 0.7f;     // along the ray, for the same reason
 constexpr float kFarMm = 1000.f;    // beyond the subject
 
-// The measured point nearest to a node within its cell, or NaN.
-cv::Point measured_near(const Image3& position_mm, int y, int x) {
-  for (int reach = 0; reach <= LightVisibility::kStep / 2; ++reach) {
+// The measured point nearest to a node within its cell, or none.
+cv::Point measured_near(const Image3& position_mm, int y, int x, int step_px) {
+  for (int reach = 0; reach <= step_px / 2; ++reach) {
     for (int dy = -reach; dy <= reach; ++dy) {
       for (int dx = -reach; dx <= reach; ++dx) {
         if (std::max(std::abs(dy), std::abs(dx)) != reach) continue;
@@ -31,17 +34,23 @@ cv::Point measured_near(const Image3& position_mm, int y, int x) {
 
 }  // namespace
 
+int LightVisibility::step_for(const Camera& camera) {
+  return std::max(kLeastStep_px, int(std::lround(kNodes_mm / camera.pixel_mm())));
+}
+
 LightVisibility::LightVisibility(const Image3& position_mm, const Image3& to_camera,
-                                 const LightStage& stage, const Vec3d& projector_centre_mm)
-    : rows_((position_mm.rows - 1) / kStep + 2),
-      columns_((position_mm.cols - 1) / kStep + 2),
+                                 const LightStage& stage, const Vec3d& projector_centre_mm,
+                                 int step_px)
+    : step_px_(step_px),
+      rows_((position_mm.rows - 1) / step_px + 2),
+      columns_((position_mm.cols - 1) / step_px + 2),
       light_count_(int(stage.leds().size()) + 1) {
   reaches_.assign(size_t(rows_) * size_t(columns_) * size_t(light_count_), 1);
-  const GridMesh mesh = mesh_from_positions(position_mm, kMeshStep, kMaxEdgeMm);
+  const GridMesh mesh = mesh_from_positions(position_mm, std::max(1, step_px / 2), kMaxEdgeMm);
   const RayScene scene(mesh.vertices_mm, mesh.triangles);
   parallel_for(rows_, [&](int row) {
     for (int column = 0; column < columns_; ++column) {
-      const cv::Point at = measured_near(position_mm, row * kStep, column * kStep);
+      const cv::Point at = measured_near(position_mm, row * step_px_, column * step_px_, step_px_);
       if (at.x < 0) continue;
       const Vec3 x_mm = position_mm(at);
       const Vec3 origin = x_mm + to_camera(at) * kLiftMm;
@@ -57,8 +66,9 @@ LightVisibility::LightVisibility(const Image3& position_mm, const Image3& to_cam
 }
 
 LightVisibility::Corners LightVisibility::corners(int y, int x) const {
-  const int row = y / kStep, column = x / kStep;
-  const float fy = float(y - row * kStep) / kStep, fx = float(x - column * kStep) / kStep;
+  const int row = y / step_px_, column = x / step_px_;
+  const float fy = float(y - row * step_px_) / float(step_px_);
+  const float fx = float(x - column * step_px_) / float(step_px_);
   return {
       {node(row, column), node(row, column + 1), node(row + 1, column), node(row + 1, column + 1)},
       {(1 - fy) * (1 - fx), (1 - fy) * fx, fy * (1 - fx), fy * fx}};

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/camera.h"
 #include "base/light_stage.h"
 #include "base/vec.h"
 
@@ -14,17 +15,23 @@ namespace lamella::fit {
 // sphere's lights are wide compared with a node's spacing, so between nodes they are interpolated.
 class LightVisibility {
  public:
-  static constexpr int kStep = 8;  // pixels between nodes
+  static constexpr int kLeastStep_px = 8;
+
+  // Pixels between nodes that are fine enough for a face, seen by `camera`.
+  static int step_for(const Camera& camera);
 
   // `position_mm`: rig frame, NaN where nothing was measured. `to_camera`: unit; rays start a
-  // little in front of the surface, towards the camera, where there is surely air.
+  // little in front of the surface, towards the camera, where there is surely air. `step_px`:
+  // between nodes; the shadow caster has vertices twice as close.
   LightVisibility(const Image3& position_mm, const Image3& to_camera, const LightStage& stage,
-                  const Vec3d& projector_centre_mm);
+                  const Vec3d& projector_centre_mm, int step_px = kLeastStep_px);
+
+  int step_px() const { return step_px_; }
 
   // The projector's index, after those of the LEDs.
   int projector() const { return light_count_ - 1; }
 
-  // One byte a light, 1 where it reaches the node at pixel (column * kStep, row * kStep).
+  // One byte a light, 1 where it reaches the node at pixel (column, row) x step_px().
   const uint8_t* node(int row, int column) const {
     return &reaches_[(size_t(row) * size_t(columns_) + size_t(column)) * size_t(light_count_)];
   }
@@ -40,7 +47,7 @@ class LightVisibility {
   float share(int y, int x, int light) const;
 
  private:
-  int rows_ = 0, columns_ = 0, light_count_ = 0;
+  int step_px_ = kLeastStep_px, rows_ = 0, columns_ = 0, light_count_ = 0;
   std::vector<uint8_t> reaches_;
 };
 

@@ -102,13 +102,13 @@ struct Sampler {
   // Samples of one row of cells.
   void sample_cells(int cell_row, const std::vector<double>& share,
                     std::vector<LobeSample>* out) const {
-    constexpr int kStep = LightVisibility::kStep;
+    const int step = visibility.step_px();
     const cv::Size size = burst.regions.size();
     LedCell cell;
-    for (int x0 = 0; x0 < size.width; x0 += kStep) {
+    for (int x0 = 0; x0 < size.width; x0 += step) {
       bool entered = false;
-      for (int y = cell_row * kStep; y < std::min(size.height, (cell_row + 1) * kStep); ++y) {
-        for (int x = x0; x < std::min(size.width, x0 + kStep); ++x) {
+      for (int y = cell_row * step; y < std::min(size.height, (cell_row + 1) * step); ++y) {
+        for (int x = x0; x < std::min(size.width, x0 + step); ++x) {
           const int label = burst.regions(y, x);
           if (label == 0 || !taken(y, x, share[size_t(label - 1)]) || !usable(y, x)) continue;
           if (!entered)
@@ -173,7 +173,7 @@ std::vector<LobeSample> collect_samples(const Burst& burst, const Geometry& geom
   for (double& s : share) s = s > 0 ? std::min(1.0, plan.per_region / s) : 0.0;
   const LedField field(burst.session->stage, visibility);
   const Sampler sampler{burst, geometry, normals, visibility, plan, field};
-  const int cell_rows = (burst.regions.rows - 1) / LightVisibility::kStep + 1;
+  const int cell_rows = (burst.regions.rows - 1) / visibility.step_px() + 1;
   std::vector<std::vector<LobeSample>> rows(static_cast<size_t>(cell_rows));
   parallel_for(cell_rows, [&](int i) { sampler.sample_cells(i, share, &rows[size_t(i)]); });
   std::vector<LobeSample> samples;

@@ -21,10 +21,6 @@ constexpr float kLeastNormalSigma = 0.06f;       // rad, where shadows and bounc
 constexpr float kNormalSigma = 2;                // times the error that confidence speaks of
 constexpr float kHeldSigmaMm = 0.6f;             // less sure than this, a depth is only evidence
 
-float pixel_size_mm(const Burst& burst) {
-  return float(cv::norm(burst.session->left.centre_mm()) / burst.session->left.fx);
-}
-
 Image1 distances(const Burst& burst, const Image3& scene_mm) {
   const Vec3 centre(burst.session->left.centre_mm());
   Image1 mm(scene_mm.size());
@@ -187,7 +183,8 @@ void merge_with_normals(const Burst& burst, const Normals& normals, Geometry* ge
   const Mask sure = geometry->measured & (geometry->sigma_mm < kHeldSigmaMm);
   const Mask labelled = burst.regions > 0;
   const Image3& normal = normals.diffuse[1];
-  DepthMap depth{distance_mm.clone(), geometry->sigma_mm, Image1(), pixel_size_mm(burst)};
+  DepthMap depth{distance_mm.clone(), geometry->sigma_mm, Image1(),
+                 float(burst.session->left.pixel_mm())};
   depth.distance_mm.setTo(kNaN, ~(sure & labelled));
   fill_depth(burst.session->left, labelled, normal, &depth);
   DepthMap measured{distance_mm.clone(), geometry->sigma_mm, Image1(), depth.px_mm};
@@ -214,11 +211,12 @@ Normals estimate_normals(const Burst& burst, Geometry* geometry) {
   n.ambient_visibility = Image1(size, 1.f);
 
   const Image1 distance_mm = distances(burst, geometry->scene_mm);
-  const float px_mm = pixel_size_mm(burst);
+  const float px_mm = float(burst.session->left.pixel_mm());
   cv::Mat_<DiffuseMoments> moments = diffuse_moments(burst, distance_mm, px_mm);
   const LightStage& stage = burst.session->stage;
   std::vector<OcclusionAtNode> occlusion;
-  Surroundings around = place_nodes(geometry->position_mm, stage);
+  Surroundings around =
+      place_nodes(geometry->position_mm, stage, Surroundings::step_for(burst.session->left));
   const DiffuseField field{stage,    geometry->position_mm, moments, distance_mm, px_mm, around,
                            occlusion};
   Image3 normal_at_nodes(size, nowhere);
@@ -236,9 +234,12 @@ Normals estimate_normals(const Burst& burst, Geometry* geometry) {
     look_at_shadows(burst.quality.occlusion_rounds);
   }
   invert_pixels(field, &n);
-  merge_with_normals(burst, n, geometry);
-  n.specular = add_specular_detail(mended_gradients(burst, n.led_gains),
-                                   {geometry->to_camera, distance_mm, px_mm}, n.diffuse[2]);
+  const Image3 to_camera = geometry->to_camera;
+  parallel_both([&] { merge_with_normals(burst, n, geometry); },
+                [&] {
+                  n.specular = add_specular_detail(mended_gradients(burst, n.led_gains),
+                                                   {to_camera, distance_mm, px_mm}, n.diffuse[2]);
+                });
   n.specular_confidence = n.diffuse_confidence.clone();
   return n;
 }

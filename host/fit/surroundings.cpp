@@ -1,6 +1,7 @@
 #include "fit/surroundings.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "base/grid_mesh.h"
 #include "base/parallel.h"
@@ -11,7 +12,7 @@ namespace lamella::fit {
 
 namespace {
 
-constexpr int kMeshStepPx = 3;
+constexpr double kNodesMm = 1.5;              // between nodes; of the mesh: half of that
 constexpr float kLongestEdgeMm = 80.f;        // of a quad of the mesh; longer is a silhouette
 constexpr float kSurroundingsLiftMm = 0.25f;  // off the surface, above the noise of the mesh
 constexpr float kSurroundingsFarMm = 5000.f;
@@ -29,15 +30,19 @@ int32_t blocker_of(const GridMesh& mesh, const Hit& hit, const Vec3& direction, 
 
 }  // namespace
 
-Surroundings place_nodes(const Image3& position_mm, const LightStage& stage) {
-  constexpr int step = Surroundings::kStepPx;
+int Surroundings::step_for(const Camera& camera) {
+  return std::max(kLeastStep_px, int(std::lround(kNodesMm / camera.pixel_mm())));
+}
+
+Surroundings place_nodes(const Image3& position_mm, const LightStage& stage, int step_px) {
   Surroundings around;
+  around.step_px = step_px;
   around.leds = stage.leds().size();
   around.index =
-      cv::Mat1i((position_mm.rows - 1) / step + 1, (position_mm.cols - 1) / step + 1, -1);
+      cv::Mat1i((position_mm.rows - 1) / step_px + 1, (position_mm.cols - 1) / step_px + 1, -1);
   for (int i = 0; i < around.index.rows; ++i) {
     for (int j = 0; j < around.index.cols; ++j) {
-      const cv::Point p(j * step, i * step);
+      const cv::Point p(j * step_px, i * step_px);
       if (!is_finite(position_mm(p))) continue;
       around.index(i, j) = int(around.pixel.size());
       around.pixel.push_back(p);
@@ -49,7 +54,7 @@ Surroundings place_nodes(const Image3& position_mm, const LightStage& stage) {
 
 void look_around(const Image3& scene_mm, const Image3& normal, const LightStage& stage,
                  Surroundings* around) {
-  const GridMesh mesh = mesh_from_positions(scene_mm, kMeshStepPx, kLongestEdgeMm);
+  const GridMesh mesh = mesh_from_positions(scene_mm, around->step_px / 2, kLongestEdgeMm);
   const RayScene scene(mesh.vertices_mm, mesh.triangles);
   parallel_for(
       int(around->pixel.size()),
@@ -69,7 +74,7 @@ void look_around(const Image3& scene_mm, const Image3& normal, const LightStage&
 
 NodeBlend blend_nodes(const Surroundings& around, const Image1& distance_mm, int y, int x,
                       float px_mm) {
-  constexpr int step = Surroundings::kStepPx;
+  const int step = around.step_px;
   NodeBlend blend;
   float total = 0;
   // The cell's corners first; where a silhouette cuts them all off, the next ring out.
@@ -80,8 +85,8 @@ NodeBlend blend_nodes(const Surroundings& around, const Image1& distance_mm, int
         if (i < 0 || j < 0 || i >= around.index.rows || j >= around.index.cols) continue;
         const int node = around.index(i, j);
         if (node < 0 || count == 4) continue;
-        const float dy = std::abs(float(y - i * step)) / step / float(1 + ring);
-        const float dx = std::abs(float(x - j * step)) / step / float(1 + ring);
+        const float dy = std::abs(float(y - i * step)) / float(step) / float(1 + ring);
+        const float dx = std::abs(float(x - j * step)) / float(step) / float(1 + ring);
         const float w = (1.f - std::min(1.f, dy)) * (1.f - std::min(1.f, dx));
         const float apart = std::abs(distance_mm(i * step, j * step) - distance_mm(y, x));
         if (w <= 0 || !(apart < silhouette_step_mm(step * (1 + ring), px_mm))) continue;

@@ -5,17 +5,23 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/camera.h"
 #include "base/light_stage.h"
 #include "base/vec.h"
 
 namespace lamella::fit {
 
 struct Surroundings {
-  static constexpr int kStepPx = 6;        // between nodes
   static constexpr int32_t kFree = -1;     // the LED is seen, or lies behind the horizon
   static constexpr int32_t kUnknown = -2;  // hidden by something whose photographed side is away
 
-  cv::Mat1i index;               // of the node at (row, column) x kStepPx; -1: none
+  static constexpr int kLeastStep_px = 6;
+
+  // Pixels between nodes that are fine enough for a face, seen by `camera`.
+  static int step_for(const Camera& camera);
+
+  int step_px = kLeastStep_px;   // between nodes
+  cv::Mat1i index;               // of the node at (row, column) x step_px; -1: none
   std::vector<cv::Point> pixel;  // of each node
   std::vector<int32_t> blocker;  // node x LED: pixel (y * columns + x) of what is in the way
   size_t leds = 0;
@@ -23,8 +29,9 @@ struct Surroundings {
   int32_t at(size_t node, size_t led) const { return blocker[node * leds + led]; }
 };
 
-// A node wherever `position_mm` has a number; nothing is in the way yet.
-Surroundings place_nodes(const Image3& position_mm, const LightStage& stage);
+// Nodes wherever `position_mm` has a number, `step_px` apart; nothing is in the way yet.
+Surroundings place_nodes(const Image3& position_mm, const LightStage& stage,
+                         int step_px = Surroundings::kLeastStep_px);
 
 // Rays from every node to the LEDs above its horizon, against the mesh of `scene_mm`. `normal`:
 // unit, read at the nodes.
