@@ -7,8 +7,10 @@
 #include <algorithm>
 #include <cstring>
 #include <memory>
+#include <numeric>
 #include <opencv2/core.hpp>
 #include <opencv2/core/hal/hal.hpp>
+#include <opencv2/core/hal/intrin.hpp>
 #include <stdexcept>
 
 namespace lamella {
@@ -40,17 +42,52 @@ std::vector<Stored> stored_channels(const Imf::Header& header,
   return stored;
 }
 
+// Sums up bytes that are stored as differences from the one before, plus 128.
+class RunningSum {
+ public:
+  explicit RunningSum(uint8_t before) : last_(before) {}
+
+  cv::v_uint8x16 next(const uint8_t* differences) {
+    cv::v_uint8x16 sum = cv::v_add_wrap(cv::v_load(differences), cv::v_setall_u8(128));
+    sum = cv::v_add_wrap(sum, cv::v_rotate_left<1>(sum));
+    sum = cv::v_add_wrap(sum, cv::v_rotate_left<2>(sum));
+    sum = cv::v_add_wrap(sum, cv::v_rotate_left<4>(sum));
+    sum = cv::v_add_wrap(sum, cv::v_rotate_left<8>(sum));
+    sum = cv::v_add_wrap(sum, cv::v_setall_u8(last_));
+    last_ = cv::v_extract_n<15>(sum);
+    return sum;
+  }
+
+  uint8_t next(uint8_t difference) { return last_ = uint8_t(last_ + difference - 128); }
+
+ private:
+  uint8_t last_;
+};
+
+// Whether the planes are the channels of one image of Vec3.
+bool are_interleaved(const std::vector<ExrPlane>& planes) {
+  if (planes.size() != 3) return false;
+  for (size_t c = 0; c < 3; ++c) {
+    const bool follows = planes[c].base == planes[0].base + c * sizeof(float);
+    if (!follows || planes[c].x_stride != 3 * sizeof(float)) return false;
+  }
+  return true;
+}
+
 class Chunks {
  public:
-  Chunks(Imf::InputFile* file, std::vector<Stored> stored)
+  Chunks(Imf::InputFile* file, std::vector<Stored> stored, const std::vector<ExrPlane>& planes)
       : file_(*file),
         stored_(std::move(stored)),
+        planes_(planes),
+        are_interleaved_(are_interleaved(planes)),
         box_(file->header().dataWindow()),
         width_(box_.max.x - box_.min.x + 1),
-        decompressor_(libdeflate_alloc_decompressor(), libdeflate_free_decompressor) {
+        decompressor_(libdeflate_alloc_decompressor(), libdeflate_free_decompressor),
+        halves_(size_t(width_)),
+        rows_(planes.size(), std::vector<float>(size_t(width_))) {
     if (!decompressor_) throw std::runtime_error("no memory to decompress it");
-    for (const Stored& s : stored_) line_bytes_ += size_t(width_) * (s.is_half ? 2 : 4);
-    row_.resize(size_t(width_));
+    for (const Stored& s : stored_) line_bytes_ += bytes_of(s);
   }
 
   void read_all() {
@@ -65,6 +102,10 @@ class Chunks {
   }
 
  private:
+  size_t bytes_of(const Stored& channel) const {
+    return size_t(width_) * (channel.is_half ? sizeof(cv::float16_t) : sizeof(float));
+  }
+
   void decompress(int y, size_t bytes) {
     const char* packed = nullptr;
     int packed_bytes = 0;
@@ -85,54 +126,63 @@ class Chunks {
     undo_differences(bytes);
   }
 
-  // Even bytes come first, then odd ones, and each is stored as its difference from the one before,
-  // plus 128. Both halves are summed up side by side: the second begins where the first ends.
+  // Even bytes come first, then odd ones, in one row of differences whose first is from 0. Both
+  // halves are summed up side by side: the second begins where the first ends.
   void undo_differences(size_t bytes) {
-    const size_t odd_at = (bytes + 1) / 2;
-    const uint8_t* in = differences_.data();
-    uint8_t even = in[0], odd = 0;
-    for (size_t i = 0; i < odd_at; ++i) odd = uint8_t(odd + in[i]);
-    odd = uint8_t(odd - 128 * (odd_at - 1));
+    const size_t odds = bytes / 2, evens = bytes - odds;
+    const uint8_t* even = differences_.data();
+    const uint8_t* odd = even + evens;
+    const unsigned all_evens = std::accumulate(even, odd, 0u);
+    RunningSum even_sum(128), odd_sum(uint8_t(all_evens - 128 * unsigned(evens - 1)));
     uint8_t* out = pixels_.data();
-    out[0] = even;
-    for (size_t i = 0; i < bytes / 2; ++i) {
-      odd = uint8_t(odd + in[odd_at + i] - 128);
-      out[2 * i + 1] = odd;
-      if (i + 1 == odd_at) break;
-      even = uint8_t(even + in[i + 1] - 128);
-      out[2 * i + 2] = even;
+    size_t i = 0;
+    for (; i + cv::v_uint8x16::nlanes <= odds; i += cv::v_uint8x16::nlanes) {
+      cv::v_store_interleave(out + 2 * i, even_sum.next(even + i), odd_sum.next(odd + i));
+    }
+    for (; i < evens; ++i) {
+      out[2 * i] = even_sum.next(even[i]);
+      if (i < odds) out[2 * i + 1] = odd_sum.next(odd[i]);
     }
   }
 
   void unpack_line(const uint8_t* line, int y) {
     for (const Stored& s : stored_) {
-      const size_t bytes = size_t(width_) * (s.is_half ? 2 : 4);
-      if (s.to) {
-        if (s.is_half) {
-          halves_.resize(size_t(width_));
-          std::memcpy(halves_.data(), line, bytes);
-          cv::hal::cvt16f32f(halves_.data(), row_.data(), width_);
-        } else {
-          std::memcpy(row_.data(), line, bytes);
-        }
-        char* to = s.to->base + s.to->y_stride * size_t(y);
-        for (int x = 0; x < width_; ++x) {
-          std::memcpy(to + s.to->x_stride * size_t(x), &row_[size_t(x)], sizeof(float));
-        }
-      }
-      line += bytes;
+      if (s.to) unpack_channel(s, line, y);
+      line += bytes_of(s);
+    }
+    if (!are_interleaved_) return;
+    const int* from[3];
+    for (size_t c = 0; c < 3; ++c) from[c] = reinterpret_cast<const int*>(rows_[c].data());
+    char* to = planes_[0].base + planes_[0].y_stride * size_t(y);
+    cv::hal::merge32s(from, reinterpret_cast<int*>(to), width_, 3);
+  }
+
+  void unpack_channel(const Stored& channel, const uint8_t* line, int y) {
+    std::vector<float>& row = rows_[size_t(channel.to - planes_.data())];
+    if (channel.is_half) {
+      std::memcpy(halves_.data(), line, bytes_of(channel));
+      cv::hal::cvt16f32f(halves_.data(), row.data(), width_);
+    } else {
+      std::memcpy(row.data(), line, bytes_of(channel));
+    }
+    if (are_interleaved_) return;
+    char* to = channel.to->base + channel.to->y_stride * size_t(y);
+    for (int x = 0; x < width_; ++x) {
+      std::memcpy(to + channel.to->x_stride * size_t(x), &row[size_t(x)], sizeof(float));
     }
   }
 
   Imf::InputFile& file_;
   std::vector<Stored> stored_;
+  const std::vector<ExrPlane>& planes_;
+  bool are_interleaved_;
   Imath::Box2i box_;
   int width_;
   size_t line_bytes_ = 0;
   std::unique_ptr<libdeflate_decompressor, void (*)(libdeflate_decompressor*)> decompressor_;
   std::vector<uint8_t> differences_, pixels_;
   std::vector<cv::float16_t> halves_;
-  std::vector<float> row_;
+  std::vector<std::vector<float>> rows_;  // of each plane
 };
 
 }  // namespace
@@ -144,7 +194,7 @@ bool read_zip_planes(Imf::InputFile* file, const std::vector<ExrPlane>& planes) 
   if (header.hasTileDescription()) return false;
   std::vector<Stored> stored = stored_channels(header, planes);
   if (stored.empty()) return false;
-  Chunks(file, std::move(stored)).read_all();
+  Chunks(file, std::move(stored), planes).read_all();
   return true;
 }
 

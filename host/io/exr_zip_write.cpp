@@ -149,8 +149,7 @@ void write_zip(const std::filesystem::path& file, cv::Size size, std::vector<Exr
             [](const ExrSource& a, const ExrSource& b) { return a.name < b.name; });
   std::vector<Bytes> chunks(size_t((size.height + kLines - 1) / kLines));
   const ChunkPacker packer(size, sources, stored);
-  parallel_for(int(chunks.size()),
-               [&](int i) { chunks[size_t(i)] = packer.packed(i * kLines); });
+  parallel_for(int(chunks.size()), [&](int i) { chunks[size_t(i)] = packer.packed(i * kLines); });
   ChunkFile out(file);
   out.write_header(size, sources, stored);
   for (size_t i = 0; i < chunks.size(); ++i) out.write_chunk(int(i) * kLines, chunks[i]);

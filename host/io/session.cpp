@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 
 #include "base/error.h"
@@ -197,6 +198,33 @@ void require_burst(const Session& s, ShapeFrom shape) {
   require(s, Role::kDots, 0, Analyser::kCross);
 }
 
+namespace {
+
+struct RowExtremes {
+  bool has_non_finite = false, has_clipped = false;
+};
+
+// Most rows have neither: looked for without a branch per pixel.
+RowExtremes extremes_of(const Vec3* row, int pixels, float saturation) {
+  constexpr uint32_t kExponent = 0x7f800000;
+  const float* values = row->val;
+  unsigned non_finite = 0, clipped = 0;
+  for (int i = 0; i < 3 * pixels; ++i) {
+    non_finite |= unsigned((std::bit_cast<uint32_t>(values[i]) & kExponent) == kExponent);
+    clipped |= unsigned(values[i] >= saturation);
+  }
+  return {non_finite != 0, clipped != 0};
+}
+
+[[noreturn]] void refuse_non_finite(const fs::path& file, const Vec3* row, int y) {
+  int x = 0;
+  while (is_finite(row[x])) ++x;
+  throw_bad_input(file.string(), "NaN or infinity at pixel (" + std::to_string(x) + ", " +
+                                     std::to_string(y) + ")");
+}
+
+}  // namespace
+
 Photograph read_photograph(const Session& session, const Frame& frame) {
   const fs::path file = session.path / frame.file;
   const Camera& camera = session.camera(frame.camera);
@@ -209,19 +237,16 @@ Photograph read_photograph(const Session& session, const Frame& frame) {
   }
   p.radiance = read_exr_rgb(file);
   p.clipped = Mask(p.radiance.size(), 0);
-  const float saturation = float(camera.saturation);
   for (int y = 0; y < p.radiance.rows; ++y) {
     Vec3* row = p.radiance[y];
-    uchar* clipped = p.clipped[y];
-    for (int x = 0; x < p.radiance.cols; ++x) {
-      Vec3& v = row[x];
-      if (!is_finite(v)) {
-        throw_bad_input(file.string(), "NaN or infinity at pixel (" + std::to_string(x) + ", " +
-                                           std::to_string(y) + ")");
-      }
-      if (v[0] >= saturation || v[1] >= saturation || v[2] >= saturation) clipped[x] = 255;
-      v = v.mul(frame.radiance_scale);
+    const RowExtremes extremes = extremes_of(row, p.radiance.cols, float(camera.saturation));
+    if (extremes.has_non_finite) refuse_non_finite(file, row, y);
+    for (int x = 0; extremes.has_clipped && x < p.radiance.cols; ++x) {
+      const float most = std::max({row[x][0], row[x][1], row[x][2]});
+      if (most >= float(camera.saturation)) p.clipped(y, x) = 255;
     }
+    if (frame.radiance_scale == Vec3(1, 1, 1)) continue;
+    for (int x = 0; x < p.radiance.cols; ++x) row[x] = row[x].mul(frame.radiance_scale);
   }
   return p;
 }
