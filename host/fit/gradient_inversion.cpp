@@ -1,13 +1,37 @@
 #include "fit/gradient_inversion.h"
 
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
 namespace lamella::fit {
 
 namespace {
 
 constexpr int kMostRounds = 8;
 constexpr float kSettledRad = 1e-3f;
+constexpr float kNewtonStep = 1.5f;
 
 Lanes splat(float value) { return Lanes{} + value; }
+
+Lanes load(const float* from) {
+  Lanes lanes;
+  std::memcpy(&lanes, from, sizeof(lanes));
+  return lanes;
+}
+
+float total(const Lanes& lanes) {
+  float sum = 0;
+  for (int k = 0; k < kLanes; ++k) sum += lanes[k];
+  return sum;
+}
+
+// One vector of every LED.
+struct LedNumbers {
+  const float *x, *y, *z;
+  LedNumbers(const LedsFrom& leds, LedsFrom::Number number)
+      : x(leds.all(number, 0)), y(leds.all(number, 1)), z(leds.all(number, 2)) {}
+};
 
 void normalise(LaneVec3* v) {
   const Lanes square = (*v)[0] * (*v)[0] + (*v)[1] * (*v)[1] + (*v)[2] * (*v)[2];
@@ -18,27 +42,33 @@ void normalise(LaneVec3* v) {
 
 }  // namespace
 
-LedsFrom::LedsFrom(const LightStage& stage, const Vec3& x_mm) {
-  const size_t count = stage.leds().size();
-  towards.reserve(count);
-  axis.reserve(count);
-  irradiance.reserve(count);
-  for (size_t i = 0; i < count; ++i) {
-    towards.push_back(stage.direction_from(i, x_mm));
-    axis.push_back(stage.leds()[i].direction);
-    irradiance.push_back(stage.irradiance(i, x_mm));
+LedsFrom::LedsFrom(const LightStage& stage, const Vec3& x_mm)
+    : count_(stage.leds().size()),
+      padded_((count_ + kLanes - 1) / kLanes * kLanes),
+      numbers_(padded_ * kNumbers, 0.f) {
+  const auto set = [&](Number number, size_t led, const Vec3& value) {
+    for (size_t k = 0; k < 3; ++k) numbers_[(size_t(number) + k) * padded_ + led] = value[int(k)];
+  };
+  for (size_t i = 0; i < count_; ++i) {
+    set(kTowards, i, stage.direction_from(i, x_mm));
+    set(kAxis, i, stage.leds()[i].direction);
+    set(kIrradiance, i, stage.irradiance(i, x_mm));
   }
 }
 
 LaneVec3 lambertian_mean_direction(const LedsFrom& leds, int channel, const LaneVec3& normal) {
   LaneVec3 sum{};
   Lanes full = splat(1e-12f);
-  for (size_t i = 0; i < leds.towards.size(); ++i) {
-    const Vec3& l = leds.towards[i];
-    const Lanes cosine = normal[0] * l[0] + normal[1] * l[1] + normal[2] * l[2];
-    const Lanes gives = (cosine > 0.f ? cosine : splat(0.f)) * leds.irradiance[i][channel];
+  const float* const irradiance = leds.all(LedsFrom::kIrradiance, channel);
+  const LedNumbers towards(leds, LedsFrom::kTowards), axis(leds, LedsFrom::kAxis);
+  for (size_t i = 0; i < leds.count(); ++i) {
+    const Lanes cosine =
+        normal[0] * towards.x[i] + normal[1] * towards.y[i] + normal[2] * towards.z[i];
+    const Lanes gives = (cosine > 0.f ? cosine : splat(0.f)) * irradiance[i];
     full += gives;
-    for (int a = 0; a < 3; ++a) sum[size_t(a)] += gives * leds.axis[i][a];
+    sum[0] += gives * axis.x[i];
+    sum[1] += gives * axis.y[i];
+    sum[2] += gives * axis.z[i];
   }
   for (Lanes& component : sum) component /= full;
   return sum;
@@ -54,7 +84,7 @@ LaneNormals invert_mean_direction(const LedsFrom& leds, int channel, const LaneV
     for (size_t a = 0; a < 3; ++a) {
       const Lanes d = mean_direction[a] - predicted[a];
       off += d * d;
-      n.normal[a] += 1.5f * d;
+      n.normal[a] += kNewtonStep * d;
     }
     normalise(&n.normal);
     for (size_t a = 0; a < 3; ++a) step += (n.normal[a] - before[a]) * (n.normal[a] - before[a]);
@@ -69,17 +99,32 @@ LaneNormals invert_mean_direction(const LedsFrom& leds, int channel, const LaneV
 }
 
 Vec3 lambertian_mean_direction(const LedsFrom& leds, int channel, const Vec3& normal) {
-  const LaneVec3 m = lambertian_mean_direction(
-      leds, channel, LaneVec3{splat(normal[0]), splat(normal[1]), splat(normal[2])});
-  return {m[0][0], m[1][0], m[2][0]};
+  LaneVec3 sum{};
+  Lanes full{};
+  const float* const irradiance = leds.all(LedsFrom::kIrradiance, channel);
+  const LedNumbers towards(leds, LedsFrom::kTowards), axis(leds, LedsFrom::kAxis);
+  for (size_t i = 0; i < leds.padded(); i += kLanes) {
+    const Lanes cosine = load(towards.x + i) * normal[0] + load(towards.y + i) * normal[1] +
+                         load(towards.z + i) * normal[2];
+    const Lanes gives = (cosine > 0.f ? cosine : splat(0.f)) * load(irradiance + i);
+    full += gives;
+    sum[0] += gives * load(axis.x + i);
+    sum[1] += gives * load(axis.y + i);
+    sum[2] += gives * load(axis.z + i);
+  }
+  return Vec3(total(sum[0]), total(sum[1]), total(sum[2])) * (1 / (1e-12f + total(full)));
 }
 
 Vec3 invert_mean_direction(const LedsFrom& leds, int channel, const Vec3& mean_direction,
                            const Vec3& guess) {
-  const auto lanes = [](const Vec3& v) { return LaneVec3{splat(v[0]), splat(v[1]), splat(v[2])}; };
-  const LaneVec3 n =
-      invert_mean_direction(leds, channel, lanes(mean_direction), lanes(guess)).normal;
-  return {n[0][0], n[1][0], n[2][0]};
+  Vec3 n = guess * (1 / std::sqrt(std::max(dot(guess, guess), 1e-20f)));
+  for (int round = 0; round < kMostRounds; ++round) {
+    const Vec3 before = n;
+    n += kNewtonStep * (mean_direction - lambertian_mean_direction(leds, channel, n));
+    n *= 1 / std::sqrt(std::max(dot(n, n), 1e-20f));
+    if (!(dot(n - before, n - before) >= kSettledRad * kSettledRad)) break;
+  }
+  return n;
 }
 
 }  // namespace lamella::fit

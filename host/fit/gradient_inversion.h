@@ -18,13 +18,31 @@ inline constexpr int kLanes = 8;
 using Lanes = float __attribute__((vector_size(kLanes * sizeof(float))));
 using LaneVec3 = std::array<Lanes, 3>;
 
-// The LEDs as a point sees them.
-struct LedsFrom {
-  std::vector<Vec3> towards;     // l_i, unit
-  std::vector<Vec3> axis;        // w_i, which sets the level
-  std::vector<Vec3> irradiance;  // rgb
-
+// The LEDs as a point sees them, number by number, padded with dark ones to whole `Lanes`.
+class LedsFrom {
+ public:
   LedsFrom(const LightStage& stage, const Vec3& x_mm);
+
+  size_t count() const { return count_; }
+  Vec3 towards(size_t led) const { return three(kTowards, led); }  // l_i, unit
+  Vec3 axis(size_t led) const { return three(kAxis, led); }        // w_i, which sets the level
+  Vec3 irradiance(size_t led) const { return three(kIrradiance, led); }  // rgb
+
+  enum Number { kTowards = 0, kAxis = 3, kIrradiance = 6, kNumbers = 9 };
+
+  // Of every LED: component or channel `k`.
+  const float* all(Number number, int k) const {
+    return numbers_.data() + size_t(number + k) * padded_;
+  }
+  size_t padded() const { return padded_; }
+
+ private:
+  Vec3 three(Number n, size_t led) const {
+    return {all(n, 0)[led], all(n, 1)[led], all(n, 2)[led]};
+  }
+
+  size_t count_, padded_;
+  std::vector<float> numbers_;
 };
 
 // m of a Lambertian surface with normal `n` that nothing shadows.
@@ -40,7 +58,7 @@ struct LaneNormals {
 LaneNormals invert_mean_direction(const LedsFrom& leds, int channel, const LaneVec3& mean_direction,
                                   const LaneVec3& guess);
 
-// The same for one normal.
+// The same for one normal, eight LEDs at a time.
 Vec3 lambertian_mean_direction(const LedsFrom& leds, int channel, const Vec3& normal);
 Vec3 invert_mean_direction(const LedsFrom& leds, int channel, const Vec3& mean_direction,
                            const Vec3& guess);

@@ -136,6 +136,7 @@ double solve(ceres::Problem* problem) {
   options.linear_solver_type = ceres::DENSE_QR;
   options.logging_type = ceres::SILENT;
   options.max_num_iterations = 40;
+  options.max_num_line_search_step_size_iterations = 0;
   options.num_threads = 1;
   ceres::Solver::Summary summary;
   ceres::Solve(options, problem, &summary);

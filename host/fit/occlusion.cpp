@@ -17,14 +17,13 @@ OcclusionAtNode occlusion_at(const Surroundings& around, size_t node, const Leds
                              const std::vector<float>& solid_angle_sr, const Vec3& normal,
                              const cv::Mat_<DiffuseMoments>& moments) {
   std::array<Moments4, 3> lit{}, free{};
-  for (size_t i = 0; i < leds.towards.size(); ++i) {
-    const float cosine = dot(normal, leds.towards[i]);
+  for (size_t i = 0; i < leds.count(); ++i) {
+    const float cosine = dot(normal, leds.towards(i));
     if (cosine <= 0) continue;
     const int32_t blocker = around.at(node, i);
-    const Vec3& axis = leds.axis[i];
+    const Vec3 axis = leds.axis(i), irradiance = leds.irradiance(i);
     for (int c = 0; c < 3; ++c) {
-      const Moments4 direct =
-          Moments4(1, axis[0], axis[1], axis[2]) * (cosine * leds.irradiance[i][c]);
+      const Moments4 direct = Moments4(1, axis[0], axis[1], axis[2]) * (cosine * irradiance[c]);
       free[size_t(c)] += direct;
       if (blocker == Surroundings::kFree) lit[size_t(c)] += direct;
       if (blocker < 0) continue;
@@ -35,8 +34,8 @@ OcclusionAtNode occlusion_at(const Surroundings& around, size_t node, const Leds
   }
   OcclusionAtNode o;
   float seen = 0, all = 0;
-  for (size_t i = 0; i < leds.towards.size(); ++i) {
-    const float gives = std::max(0.f, dot(normal, leds.towards[i])) * mean(leds.irradiance[i]);
+  for (size_t i = 0; i < leds.count(); ++i) {
+    const float gives = std::max(0.f, dot(normal, leds.towards(i))) * mean(leds.irradiance(i));
     all += gives;
     if (around.at(node, i) == Surroundings::kFree) seen += gives;
   }
