@@ -9,7 +9,7 @@ namespace lamella::fit {
 namespace {
 
 constexpr int kMostRounds = 8;
-constexpr float kSettledRad = 1e-3f;
+constexpr float kSettledRad = 4e-3f;
 constexpr float kNewtonStep = 1.5f;
 
 Lanes splat(float value) { return Lanes{} + value; }
