@@ -97,8 +97,9 @@ DepthMap measure_depth(const Camera& camera, const Camera& projector,
   const float width_px = sigma_px(kSmoothSigmaMm, depth.px_mm, 0.3f, 3.f);
   const Image1 edges = depth.distance_mm.clone();
   const Mask measured = edges == edges;
+  const SurfaceSpan span = span_for(edges, depth.px_mm, width_px);
   for (Image1* image : {&depth.u_px, &depth.distance_mm}) {
-    smooth_along_surface(*image, edges, width_px, depth.px_mm).copyTo(*image, measured);
+    smooth_along_surface(*image, span, width_px).copyTo(*image, measured);
   }
   return depth;
 }

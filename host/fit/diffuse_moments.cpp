@@ -91,7 +91,8 @@ void keep_what_rises_above_noise(const Burst& burst, const Average& coarse,
       }
     }
   });
-  energy = smooth_along_surface(energy, distance_mm, kEnergyWidth * coarse.width_px, px_mm);
+  const float energy_px = kEnergyWidth * coarse.width_px;
+  energy = smooth_along_surface(energy, span_for(distance_mm, px_mm, energy_px), energy_px);
   parallel_for(fine->moments.rows, [&](int y) {
     for (int x = 0; x < fine->moments.cols; ++x) {
       if (std::isnan(distance_mm(y, x))) continue;
@@ -117,8 +118,9 @@ cv::Mat_<DiffuseMoments> diffuse_moments(const Burst& burst, const Image1& dista
     const float least_px = averages.empty() ? 1.2f : 2 * averages.back().width_px;
     const float width_px =
         sigma_px(width.sigma_mm, px_mm, least_px, std::max(least_px, width.most_px));
-    averages.push_back({width_px, gaussian_taps(width_px),
-                        smooth_along_surface(raw, distance_mm, width_px, px_mm)});
+    averages.push_back(
+        {width_px, gaussian_taps(width_px),
+         smooth_along_surface(raw, span_for(distance_mm, px_mm, width_px), width_px)});
     if (noise_of(burst, averages.back(), distance_mm) < kQuietRad) break;
   }
   for (size_t i = averages.size() - 1; i-- > 0;) {

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <vector>
 
-#include "base/parallel.h"
 #include "base/vec.h"
 
 namespace lamella::fit {
@@ -27,48 +26,41 @@ inline float sigma_px(float sigma_mm, float px_mm, float least_px, float most_px
 // surface that is seen at 80 degrees falls by 5.7 pixels' width a pixel.
 inline float silhouette_step_mm(int px, float px_mm) { return 6.f * px_mm * float(px); }
 
+// How many pixels the surface goes on, on both sides of each pixel alike: along the row, and along
+// the column.
+class SurfaceSpan {
+ public:
+  static constexpr uchar kOff = 255;  // no surface there
+
+  // `distance_mm`: along the ray, NaN off the surface. `px_mm`: size of a pixel on the face. Looks
+  // `most_px` far, 254 at most.
+  SurfaceSpan(const Image1& distance_mm, float px_mm, int most_px);
+
+  const cv::Mat1b& along_row() const { return along_row_; }
+  const cv::Mat1b& along_column() const { return along_column_; }
+
+ private:
+  cv::Mat1b along_row_, along_column_;
+};
+
+// Wide enough for averages of `width_px`.
+SurfaceSpan span_for(const Image1& distance_mm, float px_mm, float width_px);
+
 namespace detail {
-
-// One pass, along rows (dx = 1) or columns (dx = 0). Neighbours count in pairs, one on either
-// side, so that what changes linearly stays as it is up to the very edge.
-template <class Pixel>
-void smooth_pass(const Image1& distance_mm, const std::vector<float>& taps, float px_mm, int dx,
-                 const cv::Mat_<Pixel>& from, cv::Mat_<Pixel>* to) {
-  const int reach = int(taps.size()) - 1, dy = 1 - dx;
-  parallel_for(from.rows, [&](int y) {
-    for (int x = 0; x < from.cols; ++x) {
-      const float here = distance_mm(y, x);
-      if (std::isnan(here)) continue;
-      const int room = dx ? std::min(x, from.cols - 1 - x) : std::min(y, from.rows - 1 - y);
-      Pixel sum = from(y, x) * taps[0];
-      float weight = taps[0];
-      for (int k = 1; k <= std::min(reach, room); ++k) {
-        const int j = k * dy, i = k * dx;
-        const float limit = silhouette_step_mm(k, px_mm);
-        if (!(std::abs(distance_mm(y - j, x - i) - here) < limit) ||
-            !(std::abs(distance_mm(y + j, x + i) - here) < limit)) {
-          break;
-        }
-        sum += (from(y - j, x - i) + from(y + j, x + i)) * taps[size_t(k)];
-        weight += 2 * taps[size_t(k)];
-      }
-      (*to)(y, x) = sum * (1.f / weight);
-    }
-  });
-}
-
+inline constexpr int kMostChannels = 12;
+void smooth_floats(const cv::Mat& image, const SurfaceSpan& span, float width_px, cv::Mat* to);
 }  // namespace detail
 
-// Gaussian of sigma `width_px`, rows and then columns, that stops at silhouettes and at pixels
-// without a distance (NaN), and leaves those undefined. `px_mm` is the size of a pixel on the face.
+// Gaussian of sigma `width_px`, rows and then columns, that stops at silhouettes and at pixels off
+// the surface, and leaves those undefined. Neighbours count in pairs, one on either side, so that
+// what changes linearly stays as it is up to the very edge.
 template <class Pixel>
-cv::Mat_<Pixel> smooth_along_surface(const cv::Mat_<Pixel>& image, const Image1& distance_mm,
-                                     float width_px, float px_mm) {
-  const std::vector<float> taps = gaussian_taps(width_px);
-  cv::Mat_<Pixel> rows(image.size()), both(image.size());
-  detail::smooth_pass(distance_mm, taps, px_mm, 1, image, &rows);
-  detail::smooth_pass(distance_mm, taps, px_mm, 0, rows, &both);
-  return both;
+cv::Mat_<Pixel> smooth_along_surface(const cv::Mat_<Pixel>& image, const SurfaceSpan& span,
+                                     float width_px) {
+  static_assert(cv::DataType<Pixel>::channels <= detail::kMostChannels);
+  cv::Mat_<Pixel> smooth(image.size());
+  detail::smooth_floats(image, span, width_px, &smooth);
+  return smooth;
 }
 
 }  // namespace lamella::fit

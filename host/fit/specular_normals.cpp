@@ -14,6 +14,8 @@ using SpecularMoments = cv::Vec4f;  // S, 2 S_a - S; mean of the channels
 constexpr float kMirrorFineSigmaMm = 0.3f;
 constexpr float kMirrorCoarseSigmaMm = 0.75f;  // about as far as blue light scatters
 constexpr float kEnergySigmaMm = 0.75f;
+constexpr float kMostSigma_px = 8;
+constexpr int kWidest_px = int(2 * kMostSigma_px);  // averages are cut at 2 sigma
 constexpr float kNoiseMargin = 1.5f;  // the energy of a few pixels' noise is itself uncertain
 constexpr float kMirrorLeastFacing = 0.15f;  // n.v; beyond, r + v is too short to have a direction
 
@@ -68,12 +70,12 @@ struct Detail {
   Image2 energy;
 };
 
-Detail measure_detail(const Burst& burst, const SurfaceView& view) {
+Detail measure_detail(const Burst& burst, const SurfaceView& view, const SurfaceSpan& span) {
   const float fine_px = sigma_px(kMirrorFineSigmaMm, view.px_mm, 0.8f, 3.f);
-  const float coarse_px = sigma_px(kMirrorCoarseSigmaMm, view.px_mm, 2 * fine_px, 8.f);
+  const float coarse_px = sigma_px(kMirrorCoarseSigmaMm, view.px_mm, 2 * fine_px, kMostSigma_px);
   const cv::Mat_<SpecularMoments> raw = specular_moments(burst, view.distance_mm);
-  const auto fine = smooth_along_surface(raw, view.distance_mm, fine_px, view.px_mm);
-  const auto coarse = smooth_along_surface(raw, view.distance_mm, coarse_px, view.px_mm);
+  const auto fine = smooth_along_surface(raw, span, fine_px);
+  const auto coarse = smooth_along_surface(raw, span, coarse_px);
   const float gain = noise_gain(gaussian_taps(fine_px), gaussian_taps(coarse_px));
   Detail detail{Image3(raw.size(), Vec3(0, 0, 0)), Image2(raw.size(), Vec2(0, 0))};
   parallel_for(raw.rows, [&](int y) {
@@ -95,10 +97,10 @@ Detail measure_detail(const Burst& burst, const SurfaceView& view) {
 }  // namespace
 
 Image3 add_specular_detail(const Burst& burst, const SurfaceView& view, const Image3& base) {
-  const Detail detail = measure_detail(burst, view);
-  const float energy_px = sigma_px(kEnergySigmaMm, view.px_mm, 2.f, 8.f);
-  const Image2 energy =
-      smooth_along_surface(detail.energy, view.distance_mm, energy_px, view.px_mm);
+  const SurfaceSpan span(view.distance_mm, view.px_mm, kWidest_px);
+  const Detail detail = measure_detail(burst, view, span);
+  const float energy_px = sigma_px(kEnergySigmaMm, view.px_mm, 2.f, kMostSigma_px);
+  const Image2 energy = smooth_along_surface(detail.energy, span, energy_px);
   Image3 normal = base.clone();
   parallel_for(normal.rows, [&](int y) {
     for (int x = 0; x < normal.cols; ++x) {

@@ -142,7 +142,7 @@ TEST(Smoothing, KeepsASlopeUpToItsEdgeAndDoesNotCrossASilhouette) {
       value(y, x) = x < 20 ? 3.f * x + y : 500.f - 2.f * x;
     }
   }
-  const Image1 smooth = smooth_along_surface(value, distance, 2.f, 0.25f);
+  const Image1 smooth = smooth_along_surface(value, span_for(distance, 0.25f, 2), 2.f);
   for (int y = 0; y < 40; ++y) {
     for (int x = 0; x < 40; ++x) ASSERT_NEAR(smooth(y, x), value(y, x), 1e-3f);
   }
