@@ -72,7 +72,9 @@ double clipped_share(const std::vector<const Photograph*>& photographs,
                      const std::vector<cv::Point>& pixels) {
   return mean_over(pixels, [&](const cv::Point& p) {
     return std::any_of(photographs.begin(), photographs.end(),
-                       [&](const Photograph* photograph) { return photograph->clipped(p) > 0; })
+                       [&](const Photograph* photograph) {
+                         return !photograph->clipped.empty() && photograph->clipped(p) > 0;
+                       })
                ? 1.0
                : 0.0;
   });

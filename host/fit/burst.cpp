@@ -78,7 +78,7 @@ class Reader {
     *clipped_led = Mask(size, 0);
     *clipped_projector = Mask(size, 0);
     for (size_t i = 0; i < slots_.size(); ++i) {
-      if (slots_[i].frame->camera != "left") continue;
+      if (clipped[i].empty() || slots_[i].frame->camera != "left") continue;
       Mask* to = is_projector_lit(slots_[i].frame->role) ? clipped_projector : clipped_led;
       cv::bitwise_or(*to, clipped[i], *to);
     }

@@ -157,7 +157,7 @@ cv::Mat shifted(const cv::Mat& image, const cv::Vec2d& by_px) {
 Mask shifted_mask(const Mask& mask, const cv::Vec2d& by_px) {
   const int x0 = int(std::floor(by_px[0])), y0 = int(std::floor(by_px[1]));
   Mask out(mask.size(), 0);
-  if (cv::countNonZero(mask) == 0) return out;
+  if (mask.empty() || cv::countNonZero(mask) == 0) return out;
   for (int y = 0; y < out.rows; ++y) {
     for (int x = 0; x < out.cols; ++x) {
       for (int k = 0; k < 4; ++k) {

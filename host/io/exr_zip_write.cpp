@@ -1,13 +1,15 @@
 #include "io/exr_zip_write.h"
 
 #include <OpenEXR/openexr.h>
-#include <libdeflate.h>
+#include <isa-l/igzip_lib.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstring>
-#include <memory>
+#include <fstream>
 #include <opencv2/core/hal/hal.hpp>
 #include <stdexcept>
+#include <system_error>
 
 #include "base/parallel.h"
 
@@ -16,7 +18,7 @@ namespace lamella {
 namespace {
 
 constexpr int kLines = 16;  // of a chunk: what ZIP_COMPRESSION means
-constexpr int kLevel = 1;   // level 4 takes twice the time for 3 % of the size of float maps
+constexpr uint32_t kLevel = 1, kWork_bytes = ISAL_DEF_LVL1_DEFAULT;
 
 using Bytes = std::vector<uint8_t>;
 
@@ -77,13 +79,22 @@ class ChunkPacker {
   }
 
   // Empty where it does not get smaller.
-  static Bytes compressed(const Bytes& bytes) {
-    const std::unique_ptr<libdeflate_compressor, void (*)(libdeflate_compressor*)> compressor(
-        libdeflate_alloc_compressor(kLevel), libdeflate_free_compressor);
-    if (!compressor) throw std::runtime_error("no memory to compress it");
-    Bytes out(bytes.size() - 1);
-    out.resize(libdeflate_zlib_compress(compressor.get(), bytes.data(), bytes.size(), out.data(),
-                                        out.size()));
+  static Bytes compressed(Bytes bytes) {
+    Bytes out(bytes.size() - 1), work(kWork_bytes);
+    isal_zstream stream;
+    isal_deflate_stateless_init(&stream);
+    stream.level = kLevel;
+    stream.level_buf = work.data();
+    stream.level_buf_size = uint32_t(work.size());
+    stream.gzip_flag = IGZIP_ZLIB;
+    stream.end_of_stream = 1;
+    stream.flush = NO_FLUSH;
+    stream.next_in = bytes.data();
+    stream.avail_in = uint32_t(bytes.size());
+    stream.next_out = out.data();
+    stream.avail_out = uint32_t(out.size());
+    const bool fits = isal_deflate_stateless(&stream) == COMP_OK && stream.avail_in == 0;
+    out.resize(fits ? stream.total_out : 0);
     return out;
   }
 
@@ -93,16 +104,19 @@ class ChunkPacker {
   size_t line_bytes_;
 };
 
-// An OpenEXR file under way.
+// An OpenEXR file under way, in memory: OpenEXR 3.1 itself goes on for ever on a full disk.
 class ChunkFile {
  public:
   explicit ChunkFile(const std::filesystem::path& file) {
     exr_context_initializer_t setup = EXR_DEFAULT_CONTEXT_INITIALIZER;
     setup.user_data = this;
-    setup.error_handler_fn = [](exr_const_context_t context, exr_result_t, const char* message) {
-      void* self = nullptr;
-      if (context) exr_get_user_data(context, &self);
-      if (self) static_cast<ChunkFile*>(self)->message_ = message;
+    setup.error_handler_fn = [](exr_const_context_t, exr_result_t, const char*) {};
+    setup.write_fn = [](exr_const_context_t, void* self, const void* from, uint64_t size,
+                        uint64_t at, exr_stream_error_func_ptr_t) {
+      Bytes& bytes = static_cast<ChunkFile*>(self)->bytes_;
+      bytes.resize(std::max(bytes.size(), size_t(at + size)));
+      std::memcpy(bytes.data() + at, from, size);
+      return int64_t(size);
     };
     require(exr_start_write(&context_, file.c_str(), EXR_WRITE_FILE_DIRECTLY, &setup));
   }
@@ -129,17 +143,28 @@ class ChunkFile {
     require(exr_write_scanline_chunk(context_, 0, y, packed.data(), packed.size()));
   }
 
-  void finish() { require(exr_finish(&context_)); }
+  const Bytes& finish() {
+    require(exr_finish(&context_));
+    return bytes_;
+  }
 
  private:
-  void require(exr_result_t result) const {
-    if (result == EXR_ERR_SUCCESS) return;
-    throw std::runtime_error(message_.empty() ? exr_get_default_error_message(result) : message_);
+  static void require(exr_result_t result) {
+    if (result != EXR_ERR_SUCCESS) throw std::runtime_error(exr_get_default_error_message(result));
   }
 
   exr_context_t context_ = nullptr;
-  std::string message_;
+  Bytes bytes_;
 };
+
+void write_bytes(const std::filesystem::path& file, const Bytes& bytes) {
+  std::ofstream out(file, std::ios::binary);
+  if (out) {
+    out.write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
+    out.close();
+  }
+  if (!out) throw std::system_error(errno, std::generic_category());
+}
 
 }  // namespace
 
@@ -153,7 +178,7 @@ void write_zip(const std::filesystem::path& file, cv::Size size, std::vector<Exr
   ChunkFile out(file);
   out.write_header(size, sources, stored);
   for (size_t i = 0; i < chunks.size(); ++i) out.write_chunk(int(i) * kLines, chunks[i]);
-  out.finish();
+  write_bytes(file, out.finish());
 }
 
 }  // namespace lamella

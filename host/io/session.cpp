@@ -236,11 +236,11 @@ Photograph read_photograph(const Session& session, const Frame& frame) {
                                        size_words({camera.width, camera.height}));
   }
   p.radiance = read_exr_rgb(file);
-  p.clipped = Mask(p.radiance.size(), 0);
   for (int y = 0; y < p.radiance.rows; ++y) {
     Vec3* row = p.radiance[y];
     const RowExtremes extremes = extremes_of(row, p.radiance.cols, float(camera.saturation));
     if (extremes.has_non_finite) refuse_non_finite(file, row, y);
+    if (extremes.has_clipped && p.clipped.empty()) p.clipped = Mask(p.radiance.size(), 0);
     for (int x = 0; extremes.has_clipped && x < p.radiance.cols; ++x) {
       const float most = std::max({row[x][0], row[x][1], row[x][2]});
       if (most >= float(camera.saturation)) p.clipped(y, x) = 255;

@@ -89,7 +89,9 @@ void require_burst(const Session& session, ShapeFrom shape = ShapeFrom::kFringes
 // One photograph as radiance: stored * radiance_scale, in the colours of its own illuminant.
 struct Photograph {
   Image3 radiance;
-  Mask clipped;  // 255 where any channel's stored value is at or above the camera's saturation
+  // 255 where any channel's stored value is at or above the camera's saturation; empty where none
+  // is.
+  Mask clipped;
 };
 
 // Throws where the file is missing, truncated, of another size than its camera, or has NaN or

@@ -71,6 +71,7 @@ TEST_F(SessionFolder, ScalesRadianceAndMarksClippedPixels) {
   EXPECT_EQ(p.radiance(0, 0), Vec3(1.f, 0.5f, 0.25f));
   EXPECT_EQ(cv::countNonZero(p.clipped), 1);
   EXPECT_EQ(p.clipped(3, 4), 255);
+  EXPECT_TRUE(read_photograph(session, session.frames[1]).clipped.empty());
 }
 
 TEST_F(SessionFolder, LetsTheRightCameraTakeTheSameLightTwice) {
