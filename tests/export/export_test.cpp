@@ -248,6 +248,19 @@ TEST(Bake, AddedToTheMeshGivesBackTheMeasuredNormal) {
   }
 }
 
+// Failure: texels on an edge that two triangles share, written by two threads.
+TEST(Bake, IsTheSameEveryTime) {
+  const FaceMaps face = face_from_maps(dome(), "dome");
+  const EngineMesh mesh = engine_mesh(face, 20000);
+  Image3 large;
+  cv::resize(face.maps.normal_specular, large, cv::Size(), 4, 4, cv::INTER_NEAREST);
+  const Image3 first = tangent_space_normals(large, mesh);
+  for (int i = 0; i < 10; ++i) {
+    const Image3 again = tangent_space_normals(large, mesh);
+    ASSERT_EQ(std::memcmp(first.data, again.data, first.total() * sizeof(Vec3)), 0);
+  }
+}
+
 TEST(Roughness, OfALobeThatIsGgxIsItsAlpha) {
   v1::SpecularLobe lobe;
   const double alpha = 0.31;
