@@ -54,6 +54,7 @@ void put_confidence(const std::string& name, const Image1& confidence, LayeredFi
 }
 
 void put_stddev(const std::string& map, const Image3& stddev, LayeredFit* fit) {
+  if (stddev.empty()) return;
   std::vector<cv::Mat> planes;
   cv::split(stddev, planes);
   for (size_t c = 0; c < 3; ++c) fit->maps.stddev[map + "." + "RGB"[c]] = planes[c];
@@ -178,7 +179,9 @@ void report_specular(const SpecularFit& specular, LayeredFit* fit) {
   fit->maps.single_albedo = specular.single_albedo;
   put_confidence("specular_intensity", specular.intensity_confidence, fit);
   put_confidence("single_albedo", specular.intensity_confidence, fit);
-  fit->maps.stddev["specular_intensity"] = specular.intensity_stddev;
+  if (!specular.intensity_stddev.empty()) {
+    fit->maps.stddev["specular_intensity"] = specular.intensity_stddev;
+  }
   put_stddev("single_albedo", specular.single_stddev, fit);
   for (int i = 0; i < fit->layers.regions_size(); ++i) {
     v1::Region* region = fit->layers.mutable_regions(i);
