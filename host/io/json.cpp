@@ -1,10 +1,14 @@
 #include "io/json.h"
 
 #include <google/protobuf/descriptor.h>
+#include <google/protobuf/io/coded_stream.h>
+#include <google/protobuf/io/zero_copy_stream_impl_lite.h>
 #include <google/protobuf/util/json_util.h>
+#include <google/protobuf/util/type_resolver_util.h>
 
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
@@ -137,6 +141,26 @@ json parsed(const std::string& text, const std::string& where) {
   }
 }
 
+// The entries of a map by their keys, where protobuf itself has another order in every run.
+std::string sorted_wire(const google::protobuf::Message& message) {
+  std::string wire;
+  google::protobuf::io::StringOutputStream stream(&wire);
+  google::protobuf::io::CodedOutputStream coded(&stream);
+  coded.SetSerializationDeterministic(true);
+  message.SerializeToCodedStream(&coded);
+  coded.Trim();
+  return wire;
+}
+
+constexpr const char* kTypes = "type.googleapis.com";
+
+google::protobuf::util::TypeResolver* known_types() {
+  static const std::unique_ptr<google::protobuf::util::TypeResolver> types(
+      google::protobuf::util::NewTypeResolverForDescriptorPool(
+          kTypes, google::protobuf::DescriptorPool::generated_pool()));
+  return types.get();
+}
+
 }  // namespace
 
 std::vector<std::string> parse_json(const std::string& text, const std::string& where,
@@ -165,7 +189,9 @@ std::string to_json(const google::protobuf::Message& message, Defaults defaults)
   options.preserve_proto_field_names = true;
   options.always_print_primitive_fields = defaults == Defaults::kWritten;
   std::string text;
-  const auto status = google::protobuf::util::MessageToJsonString(message, &text, options);
+  const auto status = google::protobuf::util::BinaryToJsonString(
+      known_types(), std::string(kTypes) + "/" + message.GetDescriptor()->full_name(),
+      sorted_wire(message), &text, options);
   if (!status.ok()) throw_bad_input("json", std::string(status.message()));
   return text;
 }

@@ -26,6 +26,7 @@ std::vector<std::string> read_json(const std::filesystem::path& path,
 // Fields that hold what proto3 calls their default (0, false, "") are left out, or written too.
 enum class Defaults { kLeftOut, kWritten };
 
+// The entries of a map stand by their keys: equal messages are equal texts.
 std::string to_json(const google::protobuf::Message& message,
                     Defaults defaults = Defaults::kLeftOut);
 

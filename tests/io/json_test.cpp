@@ -91,6 +91,26 @@ TEST(Json, WritesDefaultsWhenAskedTo) {
   EXPECT_NE(to_json(frame, Defaults::kWritten).find("trigger_us"), std::string::npos);
 }
 
+// protobuf's own order of a map is another one in every run.
+TEST(Json, HasTheEntriesOfAMapByTheirKeysInWhateverOrderTheyCame) {
+  v1::Layers layers;
+  for (const char* step : {"single", "deep", "albedo", "total", "normals", "geometry", "specular",
+                           "shallow", "read", "regions", "report", "bled_light"}) {
+    (*layers.mutable_timings_s())[step] = 1.5;
+  }
+  for (const Defaults defaults : {Defaults::kLeftOut, Defaults::kWritten}) {
+    const std::string text = to_json(layers, defaults);
+    size_t last = text.find("timings_s");
+    for (const char* step : {"albedo", "bled_light", "deep", "geometry", "normals", "read",
+                             "regions", "report", "shallow", "single", "specular", "total"}) {
+      const size_t at = text.find("\"" + std::string(step) + "\": 1.5");
+      ASSERT_NE(at, std::string::npos) << step;
+      EXPECT_LT(last, at) << text;
+      last = at;
+    }
+  }
+}
+
 TEST(Json, MayBeginWithAByteOrderMark) {
   v1::Session parsed;
   parse_json("\xef\xbb\xbf{\"subject\": \"ada\"}", "session.json", &parsed);
