@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 
+#include "apps/compare_confidence.h"
 #include "base/error.h"
 #include "io/labels.h"
 
@@ -54,12 +55,6 @@ std::vector<double> of_region(const ComparedMaps& maps, const std::vector<double
     if (maps.label[i] == label) kept.push_back(values[i]);
   }
   return kept;
-}
-
-std::vector<double> distances(const MapValues& a, const MapValues& b) {
-  std::vector<double> result(a.channels[0].size());
-  for (size_t i = 0; i < result.size(); ++i) result[i] = length(a.vector(i) - b.vector(i));
-  return result;
 }
 
 Json ratios(const MapValues& found, const MapValues& truth) {
@@ -164,25 +159,6 @@ Json ld_map_figures(const ComparedMaps& maps, const MapValues& found, const MapV
       out[maps.region_names[r]].push_back(number(m - 1));
     }
   }
-  return out;
-}
-
-// What confidence says against the error that is there: -1 would be a perfect ranking.
-Json confidence_figure(const std::vector<double>& confidence, const std::vector<double>& error) {
-  const std::vector<double> known = finite(confidence);
-  double sum = 0;
-  for (double v : known) sum += v;
-  Json out{{"mean", number(sum / double(known.size()))}};
-  std::vector<double> a, b;
-  for (size_t i = 0; i < error.size(); ++i) {
-    if (!std::isfinite(error[i]) || !std::isfinite(confidence[i])) continue;
-    a.push_back(confidence[i]);
-    b.push_back(error[i]);
-  }
-  const bool varies =
-      !a.empty() && *std::max_element(a.begin(), a.end()) > *std::min_element(a.begin(), a.end());
-  if (a.size() > 100 && varies)
-    out["spearman_confidence_vs_error"] = number(rank_correlation(a, b));
   return out;
 }
 
@@ -324,30 +300,31 @@ std::vector<std::string> channels_of(const fs::path& file, ComparedMaps* maps) {
   }
 }
 
+void note_bad_confidence(const std::string& name, const std::vector<double>& confidence,
+                         ComparedMaps* maps) {
+  const bool is_bad =
+      std::any_of(confidence.begin(), confidence.end(), [](double v) { return v < 0 || v > 1; });
+  if (is_bad) maps->problems.push_back("confidence " + name + " outside 0..1");
+}
+
 void add_confidence(ComparedMaps* maps, Table* found, Table* truth, Json* figures) {
   const fs::path file = maps->found_folder / "confidence.exr";
   if (!fs::exists(file)) {
     maps->problems.push_back("missing confidence.exr");
     return;
   }
-  const auto both = [&](const char* map) { return !(*found)[map].empty() && truth->count(map); };
+  const auto errors_of = [&](const std::string& name) {
+    for (const auto& [map, values] : *found) {
+      if (!name.starts_with(map) || values.empty() || !truth->count(map)) continue;
+      return pixel_errors(map, values, (*truth)[map]);
+    }
+    return PixelErrors();
+  };
   for (const std::string& name : channels_of(file, maps)) {
     const MapValues map = maps->found("confidence", {name});
     if (map.empty()) continue;
-    const std::vector<double>& confidence = map.channels[0];
-    for (double v : confidence) {
-      if (v >= 0 && v <= 1) continue;
-      if (std::isnan(v)) continue;
-      maps->problems.push_back("confidence " + name + " outside 0..1");
-      break;
-    }
-    std::vector<double> error;
-    if (name.starts_with("position") && both("position")) {
-      error = distances((*found)["position"], (*truth)["position"]);
-    } else if (name.starts_with("normal_specular") && both("normal_specular")) {
-      error = angles((*found)["normal_specular"], 0, (*truth)["normal_specular"], 0);
-    }
-    (*figures)["confidence"][name] = confidence_figure(confidence, error);
+    note_bad_confidence(name, map.channels[0], maps);
+    (*figures)["confidence"][name] = confidence_figures(map.channels[0], errors_of(name));
   }
 }
 
@@ -380,6 +357,11 @@ void compare_maps(ComparedMaps* maps, Json* figures) {
   add_albedos(maps, &found, &truth, figures);
   if (both("deep_ld")) {
     (*figures)["deep_ld_map"] = ld_map_figures(*maps, found["deep_ld"], truth["deep_ld"]);
+  }
+  // Part of no other figure, and left out by fits that stop before it.
+  if (fs::exists(maps->found_folder / "total_albedo.exr") && maps->has_truth("total_albedo")) {
+    found["total_albedo"] = maps->found("total_albedo", kRgb);
+    truth["total_albedo"] = maps->truth("total_albedo", kRgb);
   }
   add_confidence(maps, &found, &truth, figures);
 }

@@ -1,5 +1,6 @@
 #include <fmt/core.h>
 
+#include "apps/compare_confidence.h"
 #include "apps/compare_folders.h"
 
 namespace lamella::apps {
@@ -89,6 +90,27 @@ void region_rows(const Json& f, std::string* out) {
                   percent(f, "/summary/profile_L1_mean"));
 }
 
+// What to make of a curve that does not fall.
+const char* confidence_words(const ConfidenceCurve& curve) {
+  if (curve.falls) return "";
+  return curve.bins.size() > 1 ? "  confidence does not order the errors"
+                               : "  confidence is the same everywhere";
+}
+
+// The ends of the curves that --json has whole.
+void confidence_rows(const Json& f, std::string* out) {
+  const std::vector<ConfidenceCurve> curves = confidence_curves_of(f);
+  if (curves.empty()) return;
+  *out += fmt::format("\n  {:<20}{:>22}{:>22}\n  {:<20}{:>12}{:>10}{:>12}{:>10}\n", "error of the",
+                      "least sure tenth", "surest tenth", "", "median", "95 %", "median", "95 %");
+  for (const ConfidenceCurve& curve : curves) {
+    const ConfidenceBin &least = curve.bins.front(), &most = curve.bins.back();
+    *out += fmt::format("  {:<20}{:>12.3g}{:>10.3g}{:>12.3g}{:>10.3g}  {}{}\n", curve.label,
+                        least.median_error, least.p95_error, most.median_error, most.p95_error,
+                        unit_words(curve.unit), confidence_words(curve));
+  }
+}
+
 void view_rows(const Json& f, std::string* out) {
   if (!f.contains("views") || f["views"].empty()) return;
   *out += fmt::format("\n  {:<20}{:>10}{:>10}{:>12}{:>10}\n", "view", "all", "seen", "best scale",
@@ -109,6 +131,7 @@ std::string comparison_table(const Json& figures) {
       figures["truth"].get<std::string>(), figures["labelled_pixels"].get<size_t>());
   geometry_rows(figures, &out);
   reflectance_rows(figures, &out);
+  confidence_rows(figures, &out);
   region_rows(figures, &out);
   view_rows(figures, &out);
   for (const Json& problem : figures["problems"]) {
