@@ -135,12 +135,17 @@ std::string floor_words(const std::vector<Floor>& floors, size_t figure) {
   return "";
 }
 
+// "2.31 s", and where there were several rounds that it is the least of them.
+std::string default_words(const Bench& bench) {
+  const std::string seconds = fmt::format("{:.2f} s", bench.default_least_seconds());
+  const size_t rounds = bench.default_seconds.size();
+  return rounds == 1 ? seconds : seconds + fmt::format(", the least of {} rounds", rounds);
+}
+
 std::string head(const Bench& bench, const std::vector<Floor>& floors, const std::string& title) {
   std::string text = chart_label(kSide, 40, "Error against seconds: " + title, 21, kChartInk);
-  std::string caption = fmt::format(
-      "up: error of a fit, of the default's; ring and red: the default, {:.2f} s, the "
-      "least of {} rounds",
-      bench.default_least_seconds(), bench.default_seconds.size());
+  std::string caption =
+      "up: error of a fit, of the default's; ring and red: the default, " + default_words(bench);
   if (!floors.empty()) {
     caption += "; below an error its floor, called model where noise makes less than half of it";
   }
@@ -166,7 +171,10 @@ std::string bench_chart(const Bench& bench, const std::vector<Knob>& knobs,
                         const std::vector<Floor>& floors, const std::string& title) {
   const int panels = int(knobs.size()) + (bench.peers.empty() ? 0 : 1);
   const int columns = panels > 1 ? 2 : 1, rows = (panels + columns - 1) / columns;
-  const double width = 2 * kSide + 2 * kPanelWidth, height = kPanelsTop + rows * kPanelHeight + 20;
+  const double confidence_y = kPanelsTop + 44 + rows * kPanelHeight;
+  const double width = 2 * kSide + 2 * kPanelWidth,
+               height =
+                   confidence_y - 24 + (bench.confidence.empty() ? 0 : kConfidencePanelHeight + 24);
   std::string text = chart_head(width, height);
   text += head(bench, floors, title);
   for (int i = 0; i < panels; ++i) {
@@ -175,6 +183,7 @@ std::string bench_chart(const Bench& bench, const std::vector<Knob>& knobs,
     text += size_t(i) < knobs.size() ? panel(bench, knobs[size_t(i)], x, y)
                                      : peer_panel(bench.peers, x, y);
   }
+  if (!bench.confidence.empty()) text += confidence_panel(bench.confidence, kSide, confidence_y);
   return text + "</svg>\n";
 }
 

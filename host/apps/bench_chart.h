@@ -1,5 +1,5 @@
 // The bench as one page (SVG): a panel a knob, seconds against error, both relative to the
-// default's; and one of peers.
+// default's; one of peers, and one of the default's error against its confidence.
 #pragma once
 
 #include "apps/bench_floor.h"

@@ -36,4 +36,8 @@ std::string default_ring(double x, double y);
 // corner at (x, y).
 std::string peer_panel(const std::vector<Peer>& peers, double x, double y);
 
+// Error against confidence over the width of two panels, a curve a map; its corner at (x, y).
+inline constexpr double kConfidencePanelHeight = 430;
+std::string confidence_panel(const std::vector<ConfidenceCurve>& curves, double x, double y);
+
 }  // namespace lamella::apps

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/compare_confidence.h"
 #include "io/session.h"
 #include "layers.pb.h"
 
@@ -29,6 +30,7 @@ struct Peer {
 struct OurFit {
   double seconds, writing_s;
   std::vector<double> figures;
+  std::vector<ConfidenceCurve> confidence;
 };
 
 class PeerBench {

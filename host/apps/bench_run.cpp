@@ -25,9 +25,9 @@ OurFit fit_once(const Session& session, const fit::Quality& quality, const fs::p
   write_layer_maps(scratch, fit.maps);
   write_json(scratch / "layers.json", fit.layers);
   const double seconds = watch.seconds();
-  const std::vector<double> figures = figures_of(compare_folders(scratch, session.path / "truth"));
+  const Json comparison = compare_folders(scratch, session.path / "truth");
   fs::remove_all(scratch);
-  return {seconds, seconds - fitted, figures};
+  return {seconds, seconds - fitted, figures_of(comparison), confidence_curves_of(comparison)};
 }
 
 std::vector<BenchPoint> points_of(const std::vector<Knob>& knobs) {
@@ -47,6 +47,7 @@ void run_round(const Session& session, const fs::path& scratch, Progress* progre
   progress->advance(++*done);
   bench->default_seconds.push_back(standard.seconds);
   bench->default_figures = standard.figures;
+  bench->confidence = standard.confidence;
   if (peers) peers->run_round(standard);
   for (BenchPoint& point : bench->points) {
     const bool same = is_default(point.quality);
@@ -55,6 +56,22 @@ void run_round(const Session& session, const fs::path& scratch, Progress* progre
     point.seconds.push_back(fit.seconds);
     point.figures = fit.figures;
   }
+}
+
+v1::BenchConfidence message_from_curve(const ConfidenceCurve& curve) {
+  v1::BenchConfidence out;
+  out.set_map(curve.map);
+  out.set_error_unit(curve.unit);
+  out.set_falls(curve.falls);
+  for (const ConfidenceBin& bin : curve.bins) {
+    v1::BenchConfidence::Bin* b = out.add_bins();
+    b->set_confidence_least(bin.least_confidence);
+    b->set_confidence_mean(bin.mean_confidence);
+    b->set_pixels(uint32_t(bin.pixels));
+    b->set_error_median(bin.median_error);
+    b->set_error_p95(bin.p95_error);
+  }
+  return out;
 }
 
 double least(const std::vector<double>& values) {
@@ -74,7 +91,7 @@ Bench run_bench(const Session& session, const BenchPlan& plan, const fs::path& s
     throw_bad_input((session.path / "truth").string(), "no truth to hold a fit against",
                     "take a session of `lamella twin`");
   }
-  Bench bench{{}, {}, points_of(plan.knobs), {}};
+  Bench bench{{}, {}, points_of(plan.knobs), {}, {}};
   const auto others = std::count_if(bench.points.begin(), bench.points.end(),
                                     [](const BenchPoint& p) { return !is_default(p.quality); });
   std::optional<PeerBench> peers;
@@ -121,6 +138,9 @@ v1::Bench message_from_bench(const Bench& bench, const Session& session) {
     }
   }
   for (const Peer& peer : bench.peers) *out.add_peers() = message_from_peer(peer);
+  for (const ConfidenceCurve& curve : bench.confidence) {
+    *out.add_confidence() = message_from_curve(curve);
+  }
   return out;
 }
 

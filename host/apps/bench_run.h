@@ -3,7 +3,7 @@
 
 #include "apps/bench_knobs.h"
 #include "apps/bench_peers.h"
-#include "apps/compare_statistics.h"
+#include "apps/compare_confidence.h"
 #include "io/session.h"
 
 namespace lamella::apps {
@@ -22,6 +22,7 @@ struct Bench {
   std::vector<double> default_figures;
   std::vector<BenchPoint> points;
   std::vector<Peer> peers;
+  std::vector<ConfidenceCurve> confidence;  // of the default's fit
 
   double default_least_seconds() const;
   double relative_seconds(const BenchPoint& point) const;  // of the default's

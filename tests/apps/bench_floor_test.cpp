@@ -56,7 +56,7 @@ TEST(Floor, OfAnErrorThatShrinksUnderNoiseHasNoPartOfNoise) {
 }
 
 TEST(Floor, StandsBelowItsErrorOnThePageUnderTheNameOfWhatMakesIt) {
-  const apps::Bench bench{{2}, std::vector<double>(apps::bench_figures().size(), 0.59), {}, {}};
+  const apps::Bench bench{{2}, std::vector<double>(apps::bench_figures().size(), 0.59), {}, {}, {}};
   Floor noise = floor_of(0.59, 0.3, 0.4), model = floor_of(0.59, 0.4, 0.3);
   noise.figure = 8;
   model.figure = 10;

@@ -54,7 +54,7 @@ TEST(Peers, ThatDidNotRunAreNamedWithTheReason) {
 TEST(Peers, AreMarkedOnThePageWhereTheirErrorIsKnown) {
   Peer peer = slow_peer();
   peer.figures[8] = std::numeric_limits<double>::quiet_NaN();
-  apps::Bench bench{{2}, all_figures(0.1), {}, {peer, missing_peer()}};
+  apps::Bench bench{{2}, all_figures(0.1), {}, {peer, missing_peer()}, {}};
   const std::string page = apps::bench_chart(bench, {}, {}, "head");
   EXPECT_NE(page.find("deep albedo 40 %"), std::string::npos);
   EXPECT_EQ(page.find("l_d 40 %"), std::string::npos);

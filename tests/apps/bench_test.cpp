@@ -67,7 +67,17 @@ TEST_F(BenchCommand, WritesALineAPointAndARowForEverySettingOfAKnob) {
     EXPECT_EQ(std::count(line.begin(), line.end(), ','), 5 + long(apps::bench_figures().size()));
   }
   EXPECT_EQ(lines, 5);
-  EXPECT_TRUE(read_text(out() / "bench.svg").ends_with("</svg>\n"));
+  const auto position =
+      std::find_if(report.confidence().begin(), report.confidence().end(),
+                   [](const v1::BenchConfidence& c) { return c.map() == "position"; });
+  ASSERT_NE(position, report.confidence().end());
+  EXPECT_EQ(position->error_unit(), "mm");
+  ASSERT_GT(position->bins_size(), 1);
+  EXPECT_EQ(position->bins(0).error_p95(), 0);
+  EXPECT_GT(position->bins(1).confidence_least(), position->bins(0).confidence_mean());
+  const std::string page = read_text(out() / "bench.svg");
+  EXPECT_TRUE(page.ends_with("</svg>\n"));
+  EXPECT_NE(page.find(">position, mm"), std::string::npos);
   EXPECT_FALSE(fs::exists(out() / "fit"));
   const std::string table_file = (out() / "bench.json").string();
   const Outcome fit = run_lamella(
@@ -107,6 +117,52 @@ TEST(Bench, LeavesAFigureThatAFitDoesNotHaveEmptyInItsTableAndOutOfItsPage) {
       bench, {{"bin_px", "pixels", {{"1", {}}, {"2", bench.points[1].quality}}}}, {}, "a < b");
   EXPECT_EQ(page.find("nan"), std::string::npos);
   EXPECT_NE(page.find("a &lt; b"), std::string::npos);
+}
+
+std::string page_of(const Bench& bench) {
+  return apps::bench_chart(bench, {{"bin_px", "pixels", {{"1", {}}}}}, {}, "a face");
+}
+
+TEST(Bench, SpeaksOfTheLeastOfSeveralRoundsAlone) {
+  Bench bench = two_points();
+  EXPECT_NE(page_of(bench).find("2.00 s, the least of 3 rounds<"), std::string::npos);
+  bench.default_seconds = {4};
+  EXPECT_NE(page_of(bench).find("4.00 s<"), std::string::npos);
+}
+
+apps::ConfidenceCurve curve_of(const char* map, const char* label, std::vector<double> errors) {
+  apps::ConfidenceCurve curve{map, label, "percent", true, {}};
+  for (size_t i = 0; i < errors.size(); ++i) {
+    curve.bins.push_back({0.1 * double(i), 0.1 * double(i) + 0.05, 50, errors[i], 2 * errors[i]});
+  }
+  return curve;
+}
+
+// Where "words" stand on the page.
+double y_of(const std::string& page, const std::string& words) {
+  const size_t end = page.find(">" + words + "<");
+  if (end == std::string::npos) return std::numeric_limits<double>::quiet_NaN();
+  return std::stod(page.substr(page.rfind(" y=\"", end) + 4));
+}
+
+TEST(Bench, DrawsErrorAgainstConfidenceWithUnitsAndNoWordsUponOthers) {
+  Bench bench = two_points();
+  const std::string without = page_of(bench);
+  EXPECT_EQ(without.find("confidence"), std::string::npos);
+  bench.confidence = {curve_of("deep_albedo", "deep albedo", {8, 4, 2.01}),
+                      curve_of("shallow_albedo", "shallow albedo", {8, 4, 2}),
+                      curve_of("deep_alpha", "deep alpha", {1, 0, 2})};
+  bench.confidence[2].falls = false;
+  const std::string page = page_of(bench);
+  EXPECT_EQ(page.find("nan"), std::string::npos);
+  EXPECT_EQ(page.find("inf"), std::string::npos);
+  const double deep = y_of(page, "deep albedo, %"), shallow = y_of(page, "shallow albedo, %"),
+               alpha = y_of(page, "deep alpha, %: not ordered");
+  EXPECT_GE(std::abs(deep - shallow), 14);
+  EXPECT_GE(std::abs(deep - alpha), 14);
+  EXPECT_GE(std::abs(shallow - alpha), 14);
+  // Its own and that in the legend.
+  EXPECT_NE(page.find("stroke-dasharray"), page.rfind("stroke-dasharray"));
 }
 
 // Each knob has its default, and no setting twice: else a page marks none, or two.
