@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "fit/light_visibility.h"
 #include "fit/occlusion.h"
 #include "fit/synthetic_rig.h"
 
@@ -53,6 +54,33 @@ TEST(GradientInversion, TurnsWithTheRig) {
   const Vec3 m(.3f, .2f, .5f), turned = cv::Matx33f(turn) * m;
   const Vec3 n = cv::Matx33f(turn) * invert_mean_direction(before, 0, m, unit(m));
   EXPECT_LT(testing::angle_deg(invert_mean_direction(after, 0, turned, unit(turned)), n), 0.01f);
+}
+
+TEST(GradientInversion, OfOneNormalIsThatOfEight) {
+  const Session session = testing::make_session();
+  const LedsFrom leds(session.stage, Vec3(12, -30, 25));
+  const Vec3 m(.3f, .2f, .5f);
+  const Vec3 one = invert_mean_direction(leds, 2, m, unit(m));
+  const LaneVec3 lanes{Lanes{} + m[0], Lanes{} + m[1], Lanes{} + m[2]};
+  const LaneNormals eight = invert_mean_direction(leds, 2, lanes, lanes);
+  for (int k = 0; k < kLanes; ++k) {
+    for (size_t a = 0; a < 3; ++a) EXPECT_NEAR(eight.normal[a][k], one[int(a)], 1e-5f);
+  }
+}
+
+// Failure: on a fine camera a hundred times as many rays as shadows ask for.
+TEST(Surroundings, NodesAreAsFarApartAsTheFaceAsksForNotThePixels) {
+  Camera camera;
+  camera.translation_mm = {0, 0, 1000};
+  camera.fx = camera.fy = 4000;  // pixels of 0.25 mm
+  EXPECT_EQ(Surroundings::step_for(camera), 6);
+  EXPECT_EQ(LightVisibility::step_for(camera), 8);
+  camera.fx = camera.fy = 16000;
+  EXPECT_EQ(Surroundings::step_for(camera), 24);
+  EXPECT_EQ(LightVisibility::step_for(camera), 32);
+  camera.fx = camera.fy = 1000;
+  EXPECT_EQ(Surroundings::step_for(camera), 6);
+  EXPECT_EQ(LightVisibility::step_for(camera), 8);
 }
 
 // One node whose LEDs with x > 0 are hidden by something black or something that shines.
