@@ -11,8 +11,8 @@
 
 namespace lamella::fit {
 
-// The LEDs as the surface sees them within one cell of LightVisibility::step_px() pixels squared, as
-// separate arrays, padded with lights of no strength to a whole number of vector registers.
+// The LEDs as the surface sees them within one cell of LightVisibility::step_px() pixels squared,
+// as separate arrays, padded with lights of no strength to a whole number of vector registers.
 struct LedCell {
   static constexpr size_t kLanes = 8;
   std::vector<float> x, y, z;               // unit, towards the light

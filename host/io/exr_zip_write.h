@@ -19,7 +19,8 @@ struct ExrSource {
 };
 
 // Writes `sources`, of different names, as channels of `stored` of an image of `size`. The same
-// floats give the same bytes on one machine. Throws std::exception where the file cannot be written.
+// floats give the same bytes on one machine. Throws std::exception where the file cannot be
+// written.
 void write_zip(const std::filesystem::path& file, cv::Size size, std::vector<ExrSource> sources,
                PixelType stored);
 
