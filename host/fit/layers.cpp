@@ -87,7 +87,9 @@ struct Skin {
 // Specular reflection and what scatters below it, side by side: each has stretches for one
 // processor only.
 Skin fit_skin(Step until, LayerUse use, const Surface& surface, Course* course) {
-  const auto& [burst, geometry, normals] = surface;
+  const Burst& burst = surface.burst;
+  const Geometry& geometry = surface.geometry;
+  const Normals& normals = surface.normals;
   Skin skin;
   const auto reflect = [&] {
     if (until < Step::kSpecular) return;
