@@ -115,6 +115,7 @@ fit::Separation true_separation(const Truth& truth) {
   separation.shallow_albedo = truth.maps.shallow_albedo.clone();
   separation.deep_albedo = truth.maps.deep_albedo.clone();
   separation.confidence = Image1(separation.deep_albedo.size(), 1.f);
+  separation.deep_confidence = separation.confidence.clone();
   return separation;
 }
 

@@ -159,6 +159,7 @@ void fold_shallow_light(Separation* separation) {
       shallow = Vec3(0, 0, 0);
     }
   });
+  separation->deep_confidence = separation->confidence.clone();
 }
 
 // How many pixels of each other region border on region `label`.

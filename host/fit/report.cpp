@@ -213,7 +213,7 @@ void report_separation(const Separation& separation, LayeredFit* fit) {
   fit->maps.shallow_albedo = separation.shallow_albedo;
   fit->maps.deep_albedo = separation.deep_albedo;
   put_confidence("shallow_albedo", separation.confidence, fit);
-  put_confidence("deep_albedo", separation.confidence, fit);
+  put_confidence("deep_albedo", separation.deep_confidence, fit);
   put_stddev("shallow_albedo", separation.shallow_stddev, fit);
   put_stddev("deep_albedo", separation.deep_stddev, fit);
   (*fit->layers.mutable_checks())["separation_closure_rms"] = separation.closure_rms;

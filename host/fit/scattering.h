@@ -14,8 +14,9 @@ struct Separation {
   Image3 shallow_albedo;               // 2 A / E
   Image3 deep_albedo;                  // 4 M / E
   Image3 shallow_stddev, deep_stddev;  // of the camera's noise alone
-  Image1 confidence;
-  double closure_rms = 0;  // of shallow + deep against FRONT - BLACK, relative
+  Image1 confidence;                   // of the shallow albedo, and of the two together
+  Image1 deep_confidence;              // of what the shallow share leaves
+  double closure_rms = 0;              // of shallow + deep against FRONT - BLACK, relative
 };
 
 struct RegionScattering {

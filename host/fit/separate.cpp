@@ -21,6 +21,11 @@ constexpr int kPhaseWindow_px = 3;
 constexpr float kPhaseError_turns = 0.06f;  // on the flanks a sample tells phase more than swing
 constexpr float kLeastOfRegion = 0.4f;      // of the region's swing
 constexpr float kSwingSpread = 0.15f;       // how far one pixel's swing is from its region's
+constexpr float kSigmaAtHalfTrust = 0.1f;   // relative
+// Of the variance that errors of phase and model give one pixel by itself, what is left of a share
+// that leans on its neighbours.
+constexpr float kLeftOfVariance = 0.1f;
+constexpr float kLeastRest = 0.01f;  // of a total, as a divisor
 // Sums are gathered in as many parts, whatever processors there are, so that they are the same to
 // the last bit.
 constexpr int kParts = 16;
@@ -238,6 +243,12 @@ void put_stddev(const Vec3& share, const Vec3& share_variance, const TotalAtPixe
   }
 }
 
+// 0 to 1: in a part of a total, given the relative variance of that part's share.
+float trust_in_part(float share_variance, const TotalAtPixel& total) {
+  const float relative = std::sqrt(share_variance + total.sigma * total.sigma);
+  return 1 / (1 + relative / kSigmaAtHalfTrust);
+}
+
 // Odd, as a window is.
 int detail_px(const Camera& camera) {
   const double px = kDetail_mm * camera.fx / camera.depth_mm({0, 0, 0});
@@ -255,6 +266,7 @@ Separation separate_layers(const Burst& burst, const Geometry& geometry, const N
   separation.shallow_stddev = Image3(size, nowhere);
   separation.deep_stddev = Image3(size, nowhere);
   separation.confidence = Image1(size, 0.f);
+  separation.deep_confidence = Image1(size, 0.f);
   separation.closure_rms = closure(burst);
   Stripes stripes(burst, geometry, normals);
   stripes.find_offset();
@@ -272,9 +284,11 @@ Separation separate_layers(const Burst& burst, const Geometry& geometry, const N
       separation.deep_albedo(y, x) = (Vec3(1, 1, 1) - shallow).mul(whole.albedo);
       put_stddev(shallow, map.passed_variance(y, x), whole, &separation.shallow_stddev(y, x),
                  &separation.deep_stddev(y, x));
-      const float variance = other_variance(y, x) + mean(map.noise_variance(y, x));
-      const float relative = std::sqrt(variance + whole.sigma * whole.sigma);
-      separation.confidence(y, x) = 1 / (1 + relative / 0.1f);
+      const float noise = mean(map.noise_variance(y, x)), other = other_variance(y, x);
+      separation.confidence(y, x) = trust_in_part(other + noise, whole);
+      const float rest = std::max(kLeastRest, 1 - mean(shallow));
+      separation.deep_confidence(y, x) =
+          trust_in_part((noise + kLeftOfVariance * other) / (rest * rest), whole);
     }
   });
   return separation;

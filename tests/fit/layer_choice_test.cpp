@@ -79,6 +79,8 @@ Fitted fit(const LitPlane& plane, LayerUse use) {
   Fitted fitted;
   fitted.separation.shallow_albedo = Image3(size, Vec3(.2f, .2f, .2f));
   fitted.separation.deep_albedo = Image3(size, Vec3(.2f, .2f, .2f));
+  fitted.separation.confidence = Image1(size, 0.75f);
+  fitted.separation.deep_confidence = Image1(size, 0.5f);
   fitted.scattering =
       fit_scattering(plane.burst, plane.geometry, plane.normals, use, &fitted.separation);
   return fitted;
@@ -93,6 +95,7 @@ TEST(LayerChoice, SingleIsOneDipoleForAllTheLight) {
   EXPECT_EQ(skin.shallow_ld_mm[0], 0);
   EXPECT_EQ(fitted.separation.shallow_albedo(50, 50), Vec3(0, 0, 0));
   EXPECT_NEAR(fitted.separation.deep_albedo(50, 50)[1], 0.4, 1e-6) << "the same total";
+  EXPECT_EQ(fitted.separation.deep_confidence(50, 50), 0.75f) << "nothing is left by a share";
   EXPECT_NEAR(fitted.scattering.deep_alpha(50, 50)[1], *model::alpha_from_reflectance(0.4), 1e-4);
   for (size_t c = 0; c < 3; ++c) {
     EXPECT_NEAR(skin.ld_mm[c] / kLd_mm[c], 1, 0.1) << "channel " << c;

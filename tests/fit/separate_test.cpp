@@ -80,6 +80,26 @@ TEST(Separation, ShallowAndDeepSumToTwiceTheLitPhotograph) {
   }
 }
 
+double mean_over_skin(const Image1& map) {
+  const cv::Rect inside(4, 4, testing::kWidth - 8, testing::kHeight - 8);
+  return cv::mean(map(inside))[0];
+}
+
+// An error of the share is a greater part of what it leaves, the less that is.
+TEST(Separation, IsLessSureOfTheDeepAlbedoWhereMostLightIsShallow) {
+  const auto nearly_all = [](double) { return 0.75; };
+  const auto hardly_any = [](double) { return 0.15; };
+  const auto separated = [](const std::function<double(double)>& transfer) {
+    LitPlane plane = testing::make_plane(Vec3(.3f, .2f, .15f), 2100);
+    testing::photograph_stripes(transfer, &plane);
+    return separate_layers(plane.burst, plane.geometry, plane.normals);
+  };
+  const Separation most = separated(nearly_all), least = separated(hardly_any);
+  ASSERT_LT(cv::mean(least.shallow_albedo)[1], 0.5 * cv::mean(most.shallow_albedo)[1]);
+  EXPECT_LT(mean_over_skin(most.deep_confidence), 0.9 * mean_over_skin(least.deep_confidence));
+  EXPECT_GT(mean_over_skin(most.confidence), 0.95 * mean_over_skin(least.confidence));
+}
+
 TEST(Separation, BackgroundIsLeftUnknown) {
   LitPlane plane = striped_plane(Vec3(.3f, .2f, .15f));
   plane.burst.regions(10, 10) = 0;
