@@ -82,6 +82,7 @@ ceres::Solver::Options quiet_options() {
   options.linear_solver_type = ceres::DENSE_QR;
   options.logging_type = ceres::SILENT;
   options.max_num_iterations = 60;
+  options.function_tolerance = 1e-9;
   options.max_num_line_search_step_size_iterations = 0;
   options.num_threads = 1;
   return options;
