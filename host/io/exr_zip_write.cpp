@@ -83,6 +83,7 @@ class ChunkPacker {
     Bytes out(bytes.size() - 1), work(kWork_bytes);
     isal_zstream stream;
     isal_deflate_stateless_init(&stream);
+    stream.hist_bits = 0;  // all that there is; the call above leaves it as it lay in memory
     stream.level = kLevel;
     stream.level_buf = work.data();
     stream.level_buf_size = uint32_t(work.size());

@@ -12,6 +12,7 @@
 #include "base/vec.h"
 #include "io/exr.h"
 #include "io/fake_session.h"
+#include "io/whole_file.h"
 
 namespace lamella {
 namespace {
@@ -100,6 +101,27 @@ TEST(ExrZipWrite, SaysWhatTheDiskDoesNotTake) {
   } catch (const std::exception& e) {
     EXPECT_NE(std::string(e.what()).find("No space left"), std::string::npos) << e.what();
   }
+}
+
+// Leaves numbers of its own on the stack, where the compressor's state will stand.
+[[gnu::noinline]] int dirty_stack(uint16_t number) {
+  volatile uint16_t left[1 << 17];
+  for (volatile uint16_t& n : left) n = number;
+  return left[number];
+}
+
+// Failure: a member of that state that nobody had set chose how far back matches are looked for.
+TEST(ExrZipWrite, GivesTheSameBytesWhateverLayOnTheStackBefore) {
+  const testing::ScratchFolder scratch;
+  Image3 picture = picture_of(Picture::kNoise, 16, 400);
+  for (Vec3& pixel : picture) pixel = Vec3::all(std::round(4 * pixel[0]));
+  const auto written = [&](uint16_t before) {
+    dirty_stack(before);
+    write_exr_rgb(scratch.path() / "a.exr", picture);
+    return read_text(scratch.path() / "a.exr");
+  };
+  const std::string first = written(0);
+  for (const uint16_t before : {5, 9, 13}) EXPECT_TRUE(written(before) == first) << before;
 }
 
 }  // namespace
