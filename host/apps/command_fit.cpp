@@ -1,6 +1,5 @@
 // lamella fit SESSION: from the photographs to the layers.
 #include <fmt/format.h>
-#include <tbb/parallel_invoke.h>
 
 #include <cmath>
 #include <cstdio>
@@ -13,6 +12,7 @@
 #include "apps/process_killed.h"
 #include "apps/report.h"
 #include "base/error.h"
+#include "base/parallel.h"
 #include "base/progress.h"
 #include "export/export.h"
 #include "fit/layers.h"
@@ -189,12 +189,12 @@ void write_fit(WholeFolder* folder, const Session& session, const Stopwatch& wat
                fit::LayeredFit* fit) {
   const Stopwatch write_watch;
   const bool whole = !fit->maps.total_albedo.empty();
-  tbb::parallel_invoke([&] { write_layer_maps(folder->path(), fit->maps); },
-                       [&] {
-                         if (!whole) return;
-                         exporting::export_face(fit->maps, fit->layers, session.subject,
-                                                folder->path() / "model.glb");
-                       });
+  parallel_both([&] { write_layer_maps(folder->path(), fit->maps); },
+                [&] {
+                  if (!whole) return;
+                  exporting::export_face(fit->maps, fit->layers, session.subject,
+                                         folder->path() / "model.glb");
+                });
   auto& timings = *fit->layers.mutable_timings_s();
   timings["write"] = write_watch.seconds();
   timings["total"] = watch.seconds();

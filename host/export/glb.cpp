@@ -3,7 +3,10 @@
 #include <tiny_gltf.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstring>
+#include <fstream>
+#include <system_error>
 
 #include "base/error.h"
 #include "export/scattering_words.h"
@@ -159,11 +162,12 @@ tinygltf::Model model_of(const GlbContent& content) {
 void write_glb(const fs::path& path, const GlbContent& content) {
   const tinygltf::Model model = model_of(content);
   write_whole_file(path, [&](const fs::path& temporary) {
-    constexpr bool kEmbedImages = true, kEmbedBuffers = true, kPretty = false, kBinary = true;
-    if (!tinygltf::TinyGLTF().WriteGltfSceneToFile(&model, temporary.string(), kEmbedImages,
-                                                   kEmbedBuffers, kPretty, kBinary)) {
-      throw_bad_input(path.string(), "cannot be written");
-    }
+    // Not tinygltf's own writing of files: it does not look whether the disk took the last of it.
+    constexpr bool kPretty = false, kBinary = true;
+    std::ofstream out(temporary, std::ios::binary);
+    if (out) tinygltf::TinyGLTF().WriteGltfSceneToStream(&model, out, kPretty, kBinary);
+    if (out) out.close();
+    if (!out) throw std::system_error(errno, std::generic_category());
   });
 }
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <stdexcept>
 #include <vector>
 
@@ -21,6 +22,18 @@ TEST(ParallelBoth, RunsBothWithLoopsInThem) {
 TEST(ParallelBoth, ThrowsWhatOneOfThemThrew) {
   EXPECT_THROW(parallel_both([] { throw std::runtime_error("one"); }, [] {}), std::runtime_error);
   EXPECT_THROW(parallel_both([] {}, [] { throw std::runtime_error("other"); }), std::runtime_error);
+}
+
+// Failure: loops that end early and say nothing, once something beside them has thrown.
+TEST(ParallelBoth, LetsTheLoopsOfOneRunToTheirEndsWhereTheOtherThrows) {
+  for (int round = 0; round < 50; ++round) {
+    std::vector<int> done(2000, 0);
+    EXPECT_THROW(parallel_both([&] { parallel_for(2000, [&](int i) { done[size_t(i)] = 1; }); },
+                               [] { throw std::runtime_error("other"); }),
+                 std::runtime_error);
+    const auto count = std::count(done.begin(), done.end(), 1);
+    ASSERT_TRUE(count == 0 || count == 2000) << count;  // not begun, or whole
+  }
 }
 
 }  // namespace

@@ -2,10 +2,13 @@
 #include "export/export.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <tiny_gltf.h>
 
 #include <algorithm>
+#include <csignal>
 #include <cstring>
+#include <fstream>
 #include <opencv2/imgproc.hpp>
 
 #include "base/error.h"
@@ -270,6 +273,29 @@ TEST(Roughness, OfALobeThatIsGgxIsItsAlpha) {
     lobe.add_p(alpha * alpha / (M_PI * d * d));
   }
   EXPECT_NEAR(ggx_alpha(lobe), alpha, 0.006);
+}
+
+// Failure: the library says that it wrote what a full disk did not take.
+TEST(Export, SaysWhatTheDiskDoesNotTakeAndKeepsWhatWasThere) {
+  const fs::path file = fs::path(::testing::TempDir()) / "full.glb";
+  std::ofstream(file) << "the one before";
+  std::signal(SIGXFSZ, SIG_IGN);
+  rlimit before;
+  getrlimit(RLIMIT_FSIZE, &before);
+  const rlimit small{4096, before.rlim_max};
+  setrlimit(RLIMIT_FSIZE, &small);
+  std::string said;
+  try {
+    export_face(dome(), two_regions(), "dome", file, {});
+  } catch (const Error& e) {
+    said = e.what();
+  }
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, SIG_DFL);
+  EXPECT_NE(said.find(file.string()), std::string::npos) << said;
+  EXPECT_NE(said.find("File too large"), std::string::npos) << said;
+  EXPECT_EQ(fs::file_size(file), 14u);
+  fs::remove(file);
 }
 
 TEST(Export, RefusesMapsWithoutASurface) {
