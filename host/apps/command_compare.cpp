@@ -50,6 +50,25 @@ double figure_at(const Json& figures, const std::string& name) {
   return figure->is_number() ? figure->get<double>() : double(kNaN);
 }
 
+// The pixels of `mask`, or all, at which the truth is a number; says how many others there are.
+Mask comparable_pixels(const CompareArguments& arguments, const Image3& truth, const Mask& mask) {
+  Mask counts = mask.empty() ? Mask(truth.size(), 255) : mask.clone();
+  const int wanted = cv::countNonZero(counts);
+  for (int y = 0; y < truth.rows; ++y) {
+    for (int x = 0; x < truth.cols; ++x) {
+      if (!is_finite(truth(y, x))) counts(y, x) = 0;
+    }
+  }
+  const int compared = cv::countNonZero(counts);
+  if (wanted == 0) throw_bad_input(arguments.mask, "leaves no pixel to compare", "0 is left out");
+  if (compared == 0) throw_bad_input(arguments.truth, "has no number where it is compared");
+  if (compared < wanted) {
+    fmt::print(stderr, "lamella: warning: {}: {:.1f} % of the pixels are no numbers and left out\n",
+               one_line(arguments.truth), 100 * (1 - double(compared) / wanted));
+  }
+  return counts;
+}
+
 Json compare_pictures(const CompareArguments& arguments) {
   const Image3 found = read_exr_rgb(arguments.found), truth = read_exr_rgb(arguments.truth);
   if (found.size() != truth.size()) {
@@ -58,7 +77,7 @@ Json compare_pictures(const CompareArguments& arguments) {
   }
   Mask mask;
   if (!arguments.mask.empty()) mask = read_mask(arguments.mask, truth.size());
-  return image_figures(found, truth, mask);
+  return image_figures(found, truth, comparable_pixels(arguments, truth, mask));
 }
 
 std::string picture_table(const Json& f) {

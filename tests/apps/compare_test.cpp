@@ -262,6 +262,24 @@ TEST(Compare, ExitsWithOneBelowTheQualityAskedAndWithTwoOnBadInput) {
   EXPECT_EQ(compare({a, folder / "none.exr"}), 2);
 }
 
+// Failure: every map of a fit is no number off the face.
+TEST(Compare, LeavesOutWhatTheTruthDoesNotKnowAndSaysHowMuch) {
+  const Folder folder;
+  const std::string a = folder / "a.exr", b = folder / "b.exr", nothing = folder / "nothing.exr";
+  Image3 truth = noise(12, 12, 0.5, 1);
+  write_exr_rgb(a, truth * 1.2);
+  truth(cv::Rect(0, 0, 12, 3)).setTo(cv::Scalar::all(double(kNaN)));
+  write_exr_rgb(b, truth);
+  write_exr_rgb(nothing, Image3(12, 12, Vec3::all(kNaN)));
+  const testing::Outcome some = testing::run_lamella({"compare", a, b});
+  EXPECT_EQ(some.exit_code, 0) << some.err;
+  EXPECT_NE(some.err.find("25.0 % of the pixels are no numbers"), std::string::npos) << some.err;
+  EXPECT_NE(some.out.find("20.00 %"), std::string::npos) << some.out;
+  const testing::Outcome none = testing::run_lamella({"compare", a, nothing});
+  EXPECT_EQ(none.exit_code, 2);
+  EXPECT_NE(none.err.find("has no number where it is compared"), std::string::npos) << none.err;
+}
+
 TEST(Compare, RefusesARequirementThatCannotBeJudgedBeforeItReportsAnything) {
   const Folder folder;
   const std::string a = folder / "a.exr";
