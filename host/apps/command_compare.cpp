@@ -61,7 +61,9 @@ Mask comparable_pixels(const CompareArguments& arguments, const Image3& truth, c
   }
   const int compared = cv::countNonZero(counts);
   if (wanted == 0) throw_bad_input(arguments.mask, "leaves no pixel to compare", "0 is left out");
-  if (compared == 0) throw_bad_input(arguments.truth, "has no number where it is compared");
+  if (compared == 0)
+    throw_bad_input(arguments.truth, "has no number where it is compared",
+                    "give a map of the truth, or another --mask");
   if (compared < wanted) {
     fmt::print(stderr, "lamella: warning: {}: {:.1f} % of the pixels are no numbers and left out\n",
                one_line(arguments.truth), 100 * (1 - double(compared) / wanted));

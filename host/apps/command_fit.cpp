@@ -203,7 +203,7 @@ void write_fit(WholeFolder* folder, const Session& session, const Stopwatch& wat
   folder->commit();
 }
 
-// The subject's shape, where it is given; never out of what the fit replaces.
+// What the fit replaces is gone before it is read.
 void require_outside(const fs::path& file, const fs::path& out, const std::string& what) {
   if (lies_in(file, out)) {
     throw_bad_input(file.string(), "is in the folder that the fit replaces",
@@ -211,6 +211,7 @@ void require_outside(const fs::path& file, const fs::path& out, const std::strin
   }
 }
 
+// The subject's shape, where it is given.
 std::optional<TriangleMesh> mesh_of(const FitArguments& args, const fs::path& out) {
   if (args.mesh.empty()) return std::nullopt;
   require_outside(args.mesh, out, "mesh");

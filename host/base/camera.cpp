@@ -55,7 +55,7 @@ double Camera::depth_mm(const Vec3d& x_rig_mm) const {
   return (cam_from_rig * x_rig_mm + translation_mm)[2];
 }
 
-double Camera::pixel_mm() const { return cv::norm(centre_mm()) / fx; }
+double Camera::pixel_mm() const { return depth_mm({0, 0, 0}) / fx; }
 
 cv::Matx34d Camera::projection() const {
   const Mat33d k(fx, 0, cx, 0, fy, cy, 0, 0, 1);

@@ -3,10 +3,8 @@
 #include <tiny_gltf.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cstring>
-#include <fstream>
-#include <system_error>
+#include <sstream>
 
 #include "base/error.h"
 #include "export/scattering_words.h"
@@ -161,14 +159,11 @@ tinygltf::Model model_of(const GlbContent& content) {
 
 void write_glb(const fs::path& path, const GlbContent& content) {
   const tinygltf::Model model = model_of(content);
-  write_whole_file(path, [&](const fs::path& temporary) {
-    // Not tinygltf's own writing of files: it does not look whether the disk took the last of it.
-    constexpr bool kPretty = false, kBinary = true;
-    std::ofstream out(temporary, std::ios::binary);
-    if (out) tinygltf::TinyGLTF().WriteGltfSceneToStream(&model, out, kPretty, kBinary);
-    if (out) out.close();
-    if (!out) throw std::system_error(errno, std::generic_category());
-  });
+  // Not tinygltf's own writing of files: it does not look whether the disk took the last of it.
+  constexpr bool kPretty = false, kBinary = true;
+  std::ostringstream out;
+  tinygltf::TinyGLTF().WriteGltfSceneToStream(&model, out, kPretty, kBinary);
+  write_whole_text(path, out.str());
 }
 
 }  // namespace lamella::exporting

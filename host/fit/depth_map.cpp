@@ -22,7 +22,7 @@ DepthMap triangulate(const Camera& camera, const Camera& projector,
   const Vec3d centre = camera.centre_mm();
   const cv::Size size = columns.u_px.size();
   DepthMap depth{Image1(size, kNaN), Image1(size, kNaN), columns.u_px.clone(),
-                 float(cv::norm(centre) / camera.fx)};
+                 float(camera.pixel_mm())};
   depth.bias_mm = Image1(size, kNaN);
   parallel_for(size.height, [&](int y) {
     for (int x = 0; x < size.width; ++x) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
+#include "fit/order_statistics.h"
 #include "fit/smooth.h"
 
 namespace lamella::fit {
@@ -41,9 +42,7 @@ float median_sigma_mm(const DepthMap& measured) {
       if (!std::isnan(measured.distance_mm(y, x))) sigma.push_back(measured.sigma_mm(y, x));
     }
   }
-  if (sigma.empty()) return 0;
-  std::nth_element(sigma.begin(), sigma.begin() + long(sigma.size() / 2), sigma.end());
-  return sigma[sigma.size() / 2];
+  return sigma.empty() ? 0 : median_of(&sigma);
 }
 
 class Relaxation {

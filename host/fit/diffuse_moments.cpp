@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/parallel.h"
+#include "fit/order_statistics.h"
 #include "fit/smooth.h"
 
 namespace lamella::fit {
@@ -70,9 +71,7 @@ float noise_of(const Burst& burst, const Average& average, const Image1& distanc
       sigma.push_back(std::sqrt(2 / 3.f * gain * noise_energy(burst, average.moments(y, x), 1)));
     }
   }
-  if (sigma.empty()) return 0;
-  std::nth_element(sigma.begin(), sigma.begin() + std::ptrdiff_t(sigma.size() / 2), sigma.end());
-  return sigma[sigma.size() / 2];
+  return sigma.empty() ? 0 : median_of(&sigma);
 }
 
 // Replaces in `fine` what noise alone explains by `coarse`.

@@ -74,9 +74,8 @@ bool usable(const Burst& burst, const Geometry& geometry, const Normals& normals
 
 // Sampled pixels of a square of the grid that faces the camera at the origin.
 double whole_dot_pixels(const Session& session) {
-  const double mm_per_projector_px = session.projector.depth_mm({0, 0, 0}) / session.projector.fx;
-  const double px_per_mm = session.left.fx / session.left.depth_mm({0, 0, 0});
-  const double side_px = session.patterns.dot_pitch_px * mm_per_projector_px * px_per_mm;
+  const double side_mm = session.patterns.dot_pitch_px * session.projector.pixel_mm();
+  const double side_px = side_mm / session.left.pixel_mm();
   return side_px * side_px / 2;
 }
 

@@ -74,10 +74,11 @@ void widen_by_dots(const std::vector<LayeredKernel>& without_part, const DeepPro
     shallow_alpha.push_back(rest.shallow_alpha);
     shallow_ld_mm.push_back(rest.shallow_ld_mm);
   }
-  const auto widen = [](double by, double* stddev) { *stddev = std::hypot(*stddev, by); };
-  widen(jackknife_stddev(alpha_dot), &profile->alpha_dot_stddev);
-  widen(jackknife_stddev(shallow_alpha), &profile->shallow_alpha_stddev);
-  widen(jackknife_stddev(shallow_ld_mm), &profile->shallow_ld_mm_stddev);
+  LayeredProfile deviations;
+  deviations.alpha_dot = jackknife_stddev(alpha_dot);
+  deviations.shallow_alpha = jackknife_stddev(shallow_alpha);
+  deviations.shallow_ld_mm = jackknife_stddev(shallow_ld_mm);
+  widen(deviations, profile);
 }
 
 LayerContest fit_channel(const std::vector<const KernelEquations*>& dots,
@@ -223,7 +224,7 @@ Image3 blend_ld(const Burst& burst, const std::vector<RegionScattering>& regions
     }
   }
   const Camera& camera = burst.session->left;
-  const double px_per_mm = camera.fx / camera.depth_mm({0, 0, 0});
+  const double px_per_mm = 1 / camera.pixel_mm();
   const int width = std::max(1, int(kBlend_mm * px_per_mm)) | 1;
   cv::boxFilter(sum, sum, -1, {width, width}, {-1, -1}, false);
   cv::boxFilter(weight, weight, -1, {width, width}, {-1, -1}, false);

@@ -241,10 +241,7 @@ void widen_by_arms(const std::vector<Arm>& arms, LayeredProfile* profile) {
     move(profile->shallow_alpha, other.shallow_alpha, weight, &off.shallow_alpha);
     move(profile->shallow_ld_mm, other.shallow_ld_mm, weight, &off.shallow_ld_mm);
   }
-  const auto widen = [](double by, double* stddev) { *stddev = std::hypot(*stddev, by); };
-  widen(off.alpha_dot, &profile->alpha_dot_stddev);
-  widen(off.shallow_alpha, &profile->shallow_alpha_stddev);
-  widen(off.shallow_ld_mm, &profile->shallow_ld_mm_stddev);
+  widen(off, profile);
 }
 
 void judge_shallow(double share, LayeredProfile* profile) {
@@ -310,6 +307,13 @@ LayeredProfile fit_layered_profile(const RadialProfile& kernel, const DeepProfil
   if (!deep.at_bound.empty()) profile.deep_at_bound = deep.at_bound;
   judge_shallow(shallow.share, &profile);
   return profile;
+}
+
+void widen(const LayeredProfile& by, LayeredProfile* profile) {
+  const auto add = [](double more, double* stddev) { *stddev = std::hypot(*stddev, more); };
+  add(by.alpha_dot, &profile->alpha_dot_stddev);
+  add(by.shallow_alpha, &profile->shallow_alpha_stddev);
+  add(by.shallow_ld_mm, &profile->shallow_ld_mm_stddev);
 }
 
 LayeredProfile refine_layered_profile(const RadialProfile& kernel, const DeepProfile& deep,

@@ -41,6 +41,9 @@ struct ShallowLight {
 LayeredProfile fit_layered_profile(const RadialProfile& kernel, const DeepProfile& deep,
                                    const ShallowLight& shallow, double thickness_mm);
 
+// Adds deviations, the figures of `by`, to those of `profile`.
+void widen(const LayeredProfile& by, LayeredProfile* profile);
+
 // The same from a solution that is near, of the figures alone: of most of the dots, say, from that
 // of all.
 LayeredProfile refine_layered_profile(const RadialProfile& kernel, const DeepProfile& deep,

@@ -194,9 +194,7 @@ double LayeredKernel::operator()(double r_mm) const {
 }
 
 double footprint_mm(const Camera& camera, const Camera& projector) {
-  const double camera_px_mm = camera.depth_mm({0, 0, 0}) / camera.fx;
-  const double projector_px_mm = projector.depth_mm({0, 0, 0}) / projector.fx;
-  return std::min(kMostBlur_mm, kBlur_px * std::hypot(camera_px_mm, projector_px_mm));
+  return std::min(kMostBlur_mm, kBlur_px * std::hypot(camera.pixel_mm(), projector.pixel_mm()));
 }
 
 LayeredKernel fit_layered_kernel(const WeightEquations& equations, const LayeredKernel& given,

@@ -64,7 +64,7 @@ bool settle_regions(const Geometry& geometry, const Normals& normals, Burst* bur
   return true;
 }
 
-// What no later step looks at; on large photographs a fifth of the memory that a fit takes.
+// What no later step looks at; on large photographs a sixth of the memory that a fit takes.
 void forget_fringes(Burst* burst) {
   for (Image3& image : burst->fringe) image.release();
   for (Image3& image : burst->right_fringe) image.release();

@@ -46,7 +46,7 @@ std::vector<LedWitness> led_witnesses(const Burst& burst, const Geometry& geomet
                                       const Surroundings& around,
                                       const std::vector<OcclusionAtNode>& occlusion,
                                       const cv::Mat_<DiffuseMoments>& moments) {
-  const float px_mm = float(pixel_mm_of(burst.session->left));
+  const float px_mm = float(burst.session->left.pixel_mm());
   const int reach_px = std::max(2, int(std::lround(kShapeMm / double(px_mm))));
   std::vector<LedWitness> all(around.pixel.size());
   parallel_for(

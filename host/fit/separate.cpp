@@ -41,7 +41,7 @@ class Stripes {
     const Patterns& patterns = burst.session->patterns;
     period_px_ = float(patterns.stripe_period_px);
     shift_turns_ = float(patterns.stripe_shift_px / patterns.stripe_period_px);
-    const double facing = projector.fx / projector.depth_mm({0, 0, 0});
+    const double facing = 1 / projector.pixel_mm();
     offset_turns_ = Image1(burst.regions.size(), 0.f);
     for (size_t k = 0; k < 4; ++k) {
       projector_px_[k] = moved_projector_px(geometry.projector_px, burst.stripes_place[k]);
@@ -251,7 +251,7 @@ float trust_in_part(float share_variance, const TotalAtPixel& total) {
 
 // Odd, as a window is.
 int detail_px(const Camera& camera) {
-  const double px = kDetail_mm * camera.fx / camera.depth_mm({0, 0, 0});
+  const double px = kDetail_mm / camera.pixel_mm();
   return std::max(3, int(px)) | 1;
 }
 

@@ -35,7 +35,7 @@ class CellMaker {
         geometry_(geometry),
         normals_(normals),
         total_(burst, geometry, normals),
-        px_per_mm_(burst.session->left.fx / burst.session->left.depth_mm({0, 0, 0})) {}
+        px_per_mm_(1 / burst.session->left.pixel_mm()) {}
 
   int step_px() const { return std::max(1, int(std::lround(kCellMm * px_per_mm_))); }
 

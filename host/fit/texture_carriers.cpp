@@ -50,8 +50,8 @@ class CarrierMaker {
  public:
   CarrierMaker(const Session& session, const Camera& camera, const Photographs& photographs)
       : session_(session), camera_(camera), photographs_(photographs) {
-    out_.bin_px = std::max(1, int(std::lround(kPixelMm / pixel_mm_of(camera))));
-    out_.pixel_mm = pixel_mm_of(camera) * out_.bin_px;
+    out_.bin_px = std::max(1, int(std::lround(kPixelMm / camera.pixel_mm())));
+    out_.pixel_mm = camera.pixel_mm() * out_.bin_px;
   }
 
   TextureCarriers run(const Labels& labels) {
@@ -85,8 +85,7 @@ class CarrierMaker {
   }
 
   bool is_coarse(size_t fringe) const {
-    const double width_mm =
-        session_.projector.width * session_.projector.depth_mm({0, 0, 0}) / session_.projector.fx;
+    const double width_mm = session_.projector.width * session_.projector.pixel_mm();
     return width_mm / session_.patterns.fringe_periods[fringe] > kCoarseFringe * kDetailMm;
   }
 
@@ -237,7 +236,5 @@ TextureCarriers texture_carriers(const Session& session, const Camera& camera,
                                  const Photographs& photographs, const Labels& labels) {
   return CarrierMaker(session, camera, photographs).run(labels);
 }
-
-double pixel_mm_of(const Camera& camera) { return camera.depth_mm({0, 0, 0}) / camera.fx; }
 
 }  // namespace lamella::fit

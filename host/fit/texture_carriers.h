@@ -33,7 +33,4 @@ struct TextureCarriers {
 TextureCarriers texture_carriers(const Session& session, const Camera& camera,
                                  const Photographs& photographs, const Labels& labels);
 
-// Of a pixel, at the rig's origin, mm.
-double pixel_mm_of(const Camera& camera);
-
 }  // namespace lamella::fit

@@ -130,8 +130,7 @@ void write_interleaved(const fs::path& path, const Image3& image, const std::str
                        reinterpret_cast<const char*>(image.data) + c * sizeof(float), sizeof(Vec3),
                        image.step[0]});
   }
-  write_whole_file(
-      path, [&](const fs::path& temporary) { write_zip(temporary, image.size(), sources, type); });
+  write_whole_text(path, exr_zip(image.size(), sources, type));
 }
 
 }  // namespace
@@ -186,9 +185,7 @@ void write_exr(const fs::path& path, const std::vector<std::pair<std::string, Im
     sources.push_back(
         {name, reinterpret_cast<const char*>(image.data), sizeof(float), image.step[0]});
   }
-  write_whole_file(path, [&](const fs::path& temporary) {
-    write_zip(temporary, channels.front().second.size(), sources, type);
-  });
+  write_whole_text(path, exr_zip(channels.front().second.size(), sources, type));
 }
 
 void write_exr_rgb(const fs::path& path, const Image3& rgb, PixelType type) {

@@ -4,13 +4,11 @@
 #include <libdeflate.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cstring>
-#include <fstream>
 #include <memory>
 #include <opencv2/core/hal/hal.hpp>
 #include <stdexcept>
-#include <system_error>
+#include <utility>
 
 #include "base/parallel.h"
 
@@ -96,21 +94,21 @@ class ChunkPacker {
   size_t line_bytes_;
 };
 
-// An OpenEXR file under way, in memory: OpenEXR 3.1 itself goes on for ever on a full disk.
+// An OpenEXR file under way, in memory: on a full disk OpenEXR 3.1 itself goes on for ever.
 class ChunkFile {
  public:
-  explicit ChunkFile(const std::filesystem::path& file) {
+  ChunkFile() {
     exr_context_initializer_t setup = EXR_DEFAULT_CONTEXT_INITIALIZER;
     setup.user_data = this;
     setup.error_handler_fn = [](exr_const_context_t, exr_result_t, const char*) {};
     setup.write_fn = [](exr_const_context_t, void* self, const void* from, uint64_t size,
                         uint64_t at, exr_stream_error_func_ptr_t) {
-      Bytes& bytes = static_cast<ChunkFile*>(self)->bytes_;
+      std::string& bytes = static_cast<ChunkFile*>(self)->bytes_;
       bytes.resize(std::max(bytes.size(), size_t(at + size)));
       std::memcpy(bytes.data() + at, from, size);
       return int64_t(size);
     };
-    require(exr_start_write(&context_, file.c_str(), EXR_WRITE_FILE_DIRECTLY, &setup));
+    require(exr_start_write(&context_, "memory", EXR_WRITE_FILE_DIRECTLY, &setup));
   }
   ChunkFile(const ChunkFile&) = delete;
   ChunkFile& operator=(const ChunkFile&) = delete;
@@ -135,9 +133,9 @@ class ChunkFile {
     require(exr_write_scanline_chunk(context_, 0, y, packed.data(), packed.size()));
   }
 
-  const Bytes& finish() {
+  std::string finish() {
     require(exr_finish(&context_));
-    return bytes_;
+    return std::move(bytes_);
   }
 
  private:
@@ -146,31 +144,21 @@ class ChunkFile {
   }
 
   exr_context_t context_ = nullptr;
-  Bytes bytes_;
+  std::string bytes_;
 };
-
-void write_bytes(const std::filesystem::path& file, const Bytes& bytes) {
-  std::ofstream out(file, std::ios::binary);
-  if (out) {
-    out.write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
-    out.close();
-  }
-  if (!out) throw std::system_error(errno, std::generic_category());
-}
 
 }  // namespace
 
-void write_zip(const std::filesystem::path& file, cv::Size size, std::vector<ExrSource> sources,
-               PixelType stored) {
+std::string exr_zip(cv::Size size, std::vector<ExrSource> sources, PixelType stored) {
   std::sort(sources.begin(), sources.end(),
             [](const ExrSource& a, const ExrSource& b) { return a.name < b.name; });
   std::vector<Bytes> chunks(size_t((size.height + kLines - 1) / kLines));
   const ChunkPacker packer(size, sources, stored);
   parallel_for(int(chunks.size()), [&](int i) { chunks[size_t(i)] = packer.packed(i * kLines); });
-  ChunkFile out(file);
+  ChunkFile out;
   out.write_header(size, sources, stored);
   for (size_t i = 0; i < chunks.size(); ++i) out.write_chunk(int(i) * kLines, chunks[i]);
-  write_bytes(file, out.finish());
+  return out.finish();
 }
 
 }  // namespace lamella

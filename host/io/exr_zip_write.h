@@ -1,9 +1,8 @@
-// ZIP-compressed scanline files, written: libdeflate compresses faster than zlib, which OpenEXR 3.1
-// uses itself, and chunks are compressed on all processors. The same pixels give the same bytes,
-// which ISA-L, faster still, does not keep to.
+// ZIP-compressed scanline files to be written: libdeflate compresses faster than zlib, which
+// OpenEXR 3.1 uses itself, and chunks are compressed on all processors. The same pixels give the
+// same bytes, which ISA-L, faster still, does not keep to.
 #pragma once
 
-#include <filesystem>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>
@@ -19,10 +18,8 @@ struct ExrSource {
   size_t x_stride, y_stride;
 };
 
-// Writes `sources`, of different names, as channels of `stored` of an image of `size`. The same
-// floats give the same bytes. Throws std::exception where the file cannot be
-// written.
-void write_zip(const std::filesystem::path& file, cv::Size size, std::vector<ExrSource> sources,
-               PixelType stored);
+// The bytes of a file that has `sources`, of different names, as channels of `stored` of an image
+// of `size`. The same floats give the same bytes. Throws std::exception where OpenEXR refuses.
+std::string exr_zip(cv::Size size, std::vector<ExrSource> sources, PixelType stored);
 
 }  // namespace lamella

@@ -24,7 +24,7 @@ cv::Mat decode_png(const std::string& bytes, const std::string& where);
 
 enum class PngEffort {
   kQuick,  // a fast single filter and runs alone: smaller than zlib's level 1 makes it
-  kSmall,  // takes some ten times longer
+  kSmall,  // for pictures that are kept and shown
 };
 
 // The bytes of a file, of a picture of 8 bits and 1 channel (grey), 3 (b, g, r) or 4 (with alpha).
