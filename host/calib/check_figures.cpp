@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/parallel.h"
+
 namespace lamella {
 
 namespace {
@@ -51,16 +53,22 @@ double bright_end(const Image3& image) {
 
 std::vector<cv::Point> pixels_to_check(const Labels& labels, const Image3& front_cross) {
   const double lit = labels.empty() ? kLitShare * bright_end(front_cross) : 0;
-  std::vector<cv::Point> pixels;
-  for (int y = 0; y < front_cross.rows; ++y) {
+  std::vector<std::vector<cv::Point>> rows(size_t(front_cross.rows));
+  parallel_for(front_cross.rows, [&](int y) {
     for (int x = 0; x < front_cross.cols; ++x) {
       const bool inside = labels.empty() ? mean(front_cross(y, x)) > lit : labels(y, x) > 0;
-      if (inside) pixels.emplace_back(x, y);
+      if (inside) rows[size_t(y)].emplace_back(x, y);
     }
-  }
-  const size_t step = pixels.size() / kMostPixels + 1;
+  });
+  size_t count = 0;
+  for (const auto& row : rows) count += row.size();
+  const size_t step = count / kMostPixels + 1;
   std::vector<cv::Point> some;
-  for (size_t i = 0; i < pixels.size(); i += step) some.push_back(pixels[i]);
+  size_t next = 0;  // of the row's pixels
+  for (const auto& row : rows) {
+    for (; next < row.size(); next += step) some.push_back(row[next]);
+    next -= row.size();
+  }
   return some;
 }
 

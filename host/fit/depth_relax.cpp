@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
+#include "base/parallel.h"
 #include "fit/order_statistics.h"
 #include "fit/smooth.h"
 
@@ -45,41 +46,35 @@ float median_sigma_mm(const DepthMap& measured) {
   return sigma.empty() ? 0 : median_of(&sigma);
 }
 
+// One connected piece of doubtful pixels: no link leads from one to another.
 class Relaxation {
  public:
-  Relaxation(const DepthMap& measured, Image1* distance)
-      : measured_(measured), distance_(*distance), unknown_(distance->size(), -1) {
-    const Mask wanted = distance_ == distance_;
-    Mask doubtful = wanted & ~(measured.distance_mm == measured.distance_mm);
-    const int side = 2 * measured.penumbra_px + 1;
-    cv::dilate(doubtful, doubtful, Mask::ones(side, side));
-    doubtful |= measured.sigma_mm > kDoubtfulSigmas * median_sigma_mm(measured);
-    doubtful &= wanted;
-    for (int i = 0; i < int(doubtful.total()); ++i) {
-      if (!doubtful.data[i]) continue;
-      unknown_.at<int>(i / unknown_.cols, i % unknown_.cols) = int(place_.size());
-      place_.push_back(i);
-    }
-  }
+  // `place`: of each doubtful pixel of the piece in the image. `number`: its number in the piece,
+  // -1 of a pixel that is not doubtful.
+  Relaxation(const DepthMap& measured, const std::vector<int>& place, const cv::Mat1i& number,
+             Image1* distance)
+      : measured_(measured), place_(place), number_(number), distance_(*distance) {}
 
   long size() const { return long(place_.size()); }
 
+  // Each pair once: of two doubtful neighbours the left or upper one names it.
   void link_neighbours(const Camera& camera, const SurfaceNormals& normals) {
-    for (int y = 0; y < distance_.rows; ++y) {
-      for (int x = 0; x < distance_.cols; ++x) {
-        for (const cv::Point& step : {cv::Point(1, 0), cv::Point(0, 1)}) {
-          link(camera, normals, {x, y}, cv::Point(x, y) + step);
-        }
+    for (const int i : place_) {
+      const cv::Point at(i % distance_.cols, i / distance_.cols);
+      for (const cv::Point& step : {cv::Point(1, 0), cv::Point(0, 1)}) {
+        link(camera, normals, at, at + step);
+        if (!is_doubtful(at - step)) link(camera, normals, at - step, at);
       }
     }
   }
 
   void solve(int rounds) {
+    Matrix matrix = pattern();
+    Eigen::VectorXd right(size());
     Eigen::SimplicialLDLT<Matrix> solver;
+    solver.analyzePattern(matrix);
     for (int round = 0; round < rounds; ++round) {
-      Matrix matrix(size(), size());
-      const Eigen::VectorXd right = equations(round, &matrix);
-      if (round == 0) solver.analyzePattern(matrix);
+      set_equations(round, &matrix, &right);
       solver.factorize(matrix);
       if (solver.info() != Eigen::Success) return;  // the last round's answer stays
       const Eigen::VectorXd solution = solver.solve(right);
@@ -89,12 +84,15 @@ class Relaxation {
 
  private:
   float& mm(int place) { return distance_(place / distance_.cols, place % distance_.cols); }
-  int unknown(int place) const { return unknown_(place / distance_.cols, place % distance_.cols); }
+  int number(int place) const { return number_(place / distance_.cols, place % distance_.cols); }
+  bool is_inside(const cv::Point& p) const {
+    return cv::Rect({0, 0}, distance_.size()).contains(p);
+  }
+  bool is_doubtful(const cv::Point& p) const { return is_inside(p) && number_(p) >= 0; }
 
   void link(const Camera& camera, const SurfaceNormals& normals, const cv::Point& a,
             const cv::Point& b) {
-    if (b.x >= distance_.cols || b.y >= distance_.rows) return;
-    if (unknown_(a) < 0 && unknown_(b) < 0) return;
+    if (!is_inside(a) || !is_inside(b)) return;
     const Vec3 n = unit(normals.unit(a) + normals.unit(b));
     const double facing_a = -dot(n, Vec3(camera.ray(a.x, a.y)));
     const double facing_b = -dot(n, Vec3(camera.ray(b.x, b.y)));
@@ -119,32 +117,56 @@ class Relaxation {
     return robust_weight(data_mm - mm(place), sigma_mm, kDataSigmas);
   }
 
-  // Normal equations with this round's weights; returns the right side.
-  Eigen::VectorXd equations(int round, Matrix* matrix) {
-    std::vector<Eigen::Triplet<double>> entries;
-    Eigen::VectorXd right(size());
+  // The lower half of the normal equations, which is what is factorized: in the column of a pixel
+  // its own entry and those of the doubtful neighbours that come after it.
+  Matrix pattern() const {
+    Matrix matrix(size(), size());
+    matrix.reserve(3 * size());
+    for (long k = 0; k < size(); ++k) {
+      const int i = place_[size_t(k)];
+      const cv::Point at(i % distance_.cols, i / distance_.cols);
+      matrix.startVec(k);
+      matrix.insertBack(k, k) = 1;
+      for (const cv::Point& step : {cv::Point(1, 0), cv::Point(0, 1)}) {
+        if (is_doubtful(at + step)) matrix.insertBack(number_(at + step), k) = 0;
+      }
+    }
+    matrix.finalize();
+    return matrix;
+  }
+
+  // With this round's weights.
+  void set_equations(int round, Matrix* matrix, Eigen::VectorXd* right) {
+    std::fill_n(matrix->valuePtr(), matrix->nonZeros(), 0.0);
     for (long k = 0; k < size(); ++k) {
       const int i = place_[size_t(k)];
       const cv::Point at(i % distance_.cols, i / distance_.cols);
       const float data_mm = measured_.distance_mm(at);
       const bool has_data = !std::isnan(data_mm);
       const double w = has_data ? data_weight(i, data_mm, measured_.sigma_mm(at), round) : 0;
-      entries.emplace_back(int(k), int(k), w + kAnchor);
-      right[k] = kAnchor * mm(i) + (has_data ? w * data_mm : 0);
+      own(matrix, int(k)) += w + kAnchor;
+      (*right)[k] = kAnchor * mm(i) + (has_data ? w * data_mm : 0);
     }
-    for (const Link& l : links_) add_link(l, link_weight(l, round), &entries, &right);
-    matrix->setFromTriplets(entries.begin(), entries.end());
-    return right;
+    for (const Link& l : links_) add_link(l, link_weight(l, round), matrix, right);
   }
 
-  void add_link(const Link& l, double w, std::vector<Eigen::Triplet<double>>* entries,
-                Eigen::VectorXd* right) {
-    const int a = unknown(l.a), b = unknown(l.b);
-    if (a >= 0) entries->emplace_back(a, a, w);
-    if (b >= 0) entries->emplace_back(b, b, w * l.ratio * l.ratio);
+  static double& own(Matrix* matrix, int k) {
+    return matrix->valuePtr()[matrix->outerIndexPtr()[k]];
+  }
+
+  // A column has three entries at most.
+  static double& shared(Matrix* matrix, int a, int b) {
+    int entry = matrix->outerIndexPtr()[std::min(a, b)];
+    while (matrix->innerIndexPtr()[entry] != std::max(a, b)) ++entry;
+    return matrix->valuePtr()[entry];
+  }
+
+  void add_link(const Link& l, double w, Matrix* matrix, Eigen::VectorXd* right) {
+    const int a = number(l.a), b = number(l.b);
+    if (a >= 0) own(matrix, a) += w;
+    if (b >= 0) own(matrix, b) += w * l.ratio * l.ratio;
     if (a >= 0 && b >= 0) {
-      entries->emplace_back(a, b, -w * l.ratio);
-      entries->emplace_back(b, a, -w * l.ratio);
+      shared(matrix, a, b) -= w * l.ratio;
     } else if (a >= 0) {
       (*right)[a] += w * l.ratio * mm(l.b);
     } else {
@@ -153,20 +175,51 @@ class Relaxation {
   }
 
   const DepthMap& measured_;
+  const std::vector<int>& place_;
+  const cv::Mat1i& number_;
   Image1& distance_;
-  cv::Mat1i unknown_;       // number of each doubtful pixel, -1 for the others
-  std::vector<int> place_;  // in the image, of each doubtful pixel
   std::vector<Link> links_;
 };
+
+Mask doubtful_pixels(const DepthMap& measured, const Image1& distance) {
+  const Mask wanted = distance == distance;
+  Mask doubtful = wanted & ~(measured.distance_mm == measured.distance_mm);
+  const int side = 2 * measured.penumbra_px + 1;
+  cv::dilate(doubtful, doubtful, Mask::ones(side, side));
+  doubtful |= measured.sigma_mm > kDoubtfulSigmas * median_sigma_mm(measured);
+  return doubtful & wanted;
+}
+
+// The places of the pixels that are linked to one another, row by row in each piece, largest
+// piece first.
+std::vector<std::vector<int>> pieces_of(const Mask& mask) {
+  cv::Mat1i piece;
+  const int count = cv::connectedComponents(mask, piece, 4, CV_32S);
+  std::vector<std::vector<int>> pieces(size_t(count) - 1);
+  for (int i = 0; i < int(mask.total()); ++i) {
+    if (mask.data[i]) pieces[size_t(piece(i / piece.cols, i % piece.cols)) - 1].push_back(i);
+  }
+  std::stable_sort(pieces.begin(), pieces.end(),
+                   [](const auto& a, const auto& b) { return a.size() > b.size(); });
+  return pieces;
+}
 
 }  // namespace
 
 void relax_depth(const Camera& camera, const SurfaceNormals& normals, const DepthMap& measured,
                  int rounds, Image1* distance_mm) {
-  Relaxation relaxation(measured, distance_mm);
-  if (relaxation.size() == 0) return;
-  relaxation.link_neighbours(camera, normals);
-  relaxation.solve(kRobustRounds + rounds);
+  const std::vector<std::vector<int>> pieces = pieces_of(doubtful_pixels(measured, *distance_mm));
+  cv::Mat1i number(distance_mm->size(), -1);
+  for (const std::vector<int>& piece : pieces) {
+    for (size_t k = 0; k < piece.size(); ++k) {
+      number(piece[k] / number.cols, piece[k] % number.cols) = int(k);
+    }
+  }
+  parallel_for(int(pieces.size()), [&](int i) {
+    Relaxation relaxation(measured, pieces[size_t(i)], number, distance_mm);
+    relaxation.link_neighbours(camera, normals);
+    relaxation.solve(kRobustRounds + rounds);
+  });
 }
 
 }  // namespace lamella::fit

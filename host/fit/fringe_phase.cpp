@@ -4,6 +4,7 @@
 #include <array>
 
 #include "base/parallel.h"
+#include "fit/turns.h"
 
 namespace lamella::fit {
 
@@ -166,8 +167,7 @@ void count_turns(const Image3& fringe, const Image3& white, float px_per_turn,
       if (std::isnan(u)) continue;
       Vec3 v;
       for (int c = 0; c < 3; ++c) v[c] = fringe(y, x)[c] / std::max(white(y, x)[c], 1e-6f);
-      const float turns =
-          std::atan2(2 * kSinShift[2] * (v[0] - v[2]), 2 * v[1] - v[0] - v[2]) / (2 * kPi);
+      const float turns = turns_of(2 * kSinShift[2] * (v[0] - v[2]), 2 * v[1] - v[0] - v[2]);
       u = nearest_turn(u, turns, px_per_turn);
     }
   });
@@ -185,7 +185,7 @@ void measure_columns(const Level& level, float px_per_turn, ProjectorColumns* co
         u = kNaN;
         continue;
       }
-      u = nearest_turn(u, std::atan2(p.sine, p.cosine) / (2 * kPi), px_per_turn);
+      u = nearest_turn(u, turns_of(p.sine, p.cosine), px_per_turn);
       columns->sigma_px(y, x) = std::sqrt(p.variance) / (2 * kPi) * px_per_turn;
     }
   });

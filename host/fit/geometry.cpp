@@ -59,18 +59,30 @@ DepthMap depth_of(const Burst& burst, const Camera& camera, const std::vector<Im
   return measure_depth(camera, projector_of_fringes(burst), columns);
 }
 
-DepthMap triangulated_depth(const Burst& burst) {
+// By the left camera and the projector.
+DepthMap left_depth(const Burst& burst, const Camera& projector) {
   const Session& session = *burst.session;
-  const Camera projector = projector_of_fringes(burst);
   DepthMap depth = depth_of(burst, session.left, burst.fringe, burst.front_lit);
   const Image1 share = projector_share(burst.front_lit, burst.full.cross, burst.regions > 0);
   doubt_bled_light(session.left, projector, share, &depth);
-  if (burst.right_fringe.empty()) {
-    believe_alone(&depth);
-  } else {
-    const DepthMap right =
-        depth_of(burst, *session.right, burst.right_fringe, burst.right_front_lit);
+  return depth;
+}
+
+DepthMap triangulated_depth(const Burst& burst) {
+  const Session& session = *burst.session;
+  const Camera projector = projector_of_fringes(burst);
+  const bool has_right = !burst.right_fringe.empty();
+  DepthMap depth, right;
+  parallel_both([&] { depth = left_depth(burst, projector); },
+                [&] {
+                  if (!has_right) return;
+                  right =
+                      depth_of(burst, *session.right, burst.right_fringe, burst.right_front_lit);
+                });
+  if (has_right) {
     refine_with_right(session.left, *session.right, projector, right, &depth);
+  } else {
+    believe_alone(&depth);
   }
   return depth;
 }

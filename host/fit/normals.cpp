@@ -192,13 +192,13 @@ void merge_with_normals(const Burst& burst, const Normals& normals, Geometry* ge
   if (burst.mesh) measured.penumbra_px = 0;
   relax_depth(burst.session->left, {normal, normal_sigma_rad(normals.diffuse_confidence)}, measured,
               burst.quality.relax_rounds, &depth.distance_mm);
-  for (int y = 0; y < labelled.rows; ++y) {
+  parallel_for(labelled.rows, [&](int y) {
     for (int x = 0; x < labelled.cols; ++x) {
       const float mm = depth.distance_mm(y, x);
       if (std::isnan(mm) || mm == distance_mm(y, x)) continue;
       move_along_ray(*burst.session, {x, y}, mm, geometry);
     }
-  }
+  });
 }
 
 Normals estimate_normals(const Burst& burst, Geometry* geometry) {

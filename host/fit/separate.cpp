@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <numeric>
 #include <opencv2/imgproc.hpp>
 
 #include "base/parallel.h"
@@ -7,6 +8,7 @@
 #include "fit/share_detail.h"
 #include "fit/stripe_shape.h"
 #include "fit/surface_pattern.h"
+#include "fit/turns.h"
 
 namespace lamella::fit {
 
@@ -56,13 +58,6 @@ class Stripes {
            is_finite(normals_.diffuse[1](y, x)) && is_finite(geometry_.projector_px(y, x)[0]);
   }
 
-  // In units of the highest frequency.
-  float frequency(int y, int x) const {
-    const PatternGradient g = pattern_gradient(
-        burst_.session->projector, geometry_.position_mm(y, x), normals_.diffuse[1](y, x));
-    return float(length(g.u) / period_px_ / highest_cycles_per_mm_);
-  }
-
   // Turns from the middle of a white stripe in pattern k.
   float phase(int y, int x, int k) const {
     return projector_px_[size_t(k)](y, x)[0] / period_px_ - 0.25f - float(k) * shift_turns_ -
@@ -82,10 +77,11 @@ class Stripes {
     Image1 turns(sums.size(), 0.f);
     parallel_for(sums.rows, [&](int y) {
       for (int x = 0; x < sums.cols; ++x) {
-        turns(y, x) = std::atan2(sums(y, x)[1], sums(y, x)[0]) / (2 * kPi);
+        turns(y, x) = turns_of(sums(y, x)[1], sums(y, x)[0]);
       }
     });
     offset_turns_ = turns;
+    find_places();
   }
 
   std::vector<BinsPerChannel> gather() const {
@@ -116,13 +112,14 @@ class Stripes {
   // Of one pixel: the swing of the region's shape that is nearest to four samples, from where the
   // region's own swing would have it.
   Swing swing(int y, int x, int channel, const StripeShape& shape) const {
-    const int row = StripeBins::row(frequency(y, x));
+    const Place& place = places_(y, x);
+    const int row = place[0];
     const float lit = burst_.front_lit(y, x)[channel];
     const float prior = 1 / (kSwingSpread * kSwingSpread);
     float top = shape.swing(row) * prior, bottom = prior, noise = 0;
     if (lit > kShadow) {
       for (size_t k = 0; k < 4; ++k) {
-        const int column = StripeBins::column(phase(y, x, int(k)));
+        const int column = place[int(k) + 1];
         const float g = shape.at(row, column);
         const float value = burst_.stripes[k](y, x)[channel];
         const float off_phase = kPhaseError_turns * shape.slope(row, column);
@@ -139,6 +136,28 @@ class Stripes {
   }
 
  private:
+  // In the tables of stripes: the row of the frequency, and the column of each pattern's phase.
+  using Place = cv::Vec<uchar, 5>;
+
+  // In units of the highest frequency.
+  float frequency(int y, int x) const {
+    const PatternGradient g = pattern_gradient(
+        burst_.session->projector, geometry_.position_mm(y, x), normals_.diffuse[1](y, x));
+    return float(length(g.u) / period_px_ / highest_cycles_per_mm_);
+  }
+
+  void find_places() {
+    places_ = cv::Mat_<Place>(burst_.regions.size());
+    parallel_for(places_.rows, [&](int y) {
+      for (int x = 0; x < places_.cols; ++x) {
+        if (!measured(y, x)) continue;
+        Place& place = places_(y, x);
+        place[0] = uchar(StripeBins::row(frequency(y, x)));
+        for (int k = 0; k < 4; ++k) place[k + 1] = uchar(StripeBins::column(phase(y, x, k)));
+      }
+    });
+  }
+
   // The first harmonic of the four samples about the phase that the geometry gives.
   Vec2 wave(int y, int x) const {
     Vec2 sum(0, 0);
@@ -156,14 +175,14 @@ class Stripes {
   }
 
   void add_pixel(int y, int x, std::vector<BinsPerChannel>* bins) const {
-    const float f = frequency(y, x);
+    const Place& place = places_(y, x);
     BinsPerChannel& of_region = (*bins)[burst_.regions(y, x) - 1u];
     for (int c = 0; c < 3; ++c) {
       const float lit = burst_.front_lit(y, x)[c];
       if (lit < 10 * kShadow) continue;
       for (size_t k = 0; k < 4; ++k) {
         const float value = burst_.stripes[k](y, x)[c];
-        of_region[size_t(c)].add(f, phase(y, x, int(k)), value / lit - 0.5f,
+        of_region[size_t(c)].add(place[0], place[int(k) + 1], value / lit - 0.5f,
                                  1 / (relative_noise(value, lit) + kModelVariance));
       }
     }
@@ -174,7 +193,8 @@ class Stripes {
   const Normals& normals_;
   float period_px_, shift_turns_;
   std::array<Image2, 4> projector_px_;  // of every pattern
-  Image1 offset_turns_;                 // white stripe's middle against where the geometry has it
+  cv::Mat_<Place> places_;
+  Image1 offset_turns_;  // white stripe's middle against where the geometry has it
   double highest_cycles_per_mm_;
 };
 
@@ -192,8 +212,8 @@ Shapes shapes_of(const Stripes& stripes) {
 
 // Four quarter shifts are two stripes and their complements: twice the evenly lit photograph.
 double closure(const Burst& burst) {
-  double sum = 0, count = 0;
-  for (int y = 0; y < burst.regions.rows; ++y) {
+  std::vector<cv::Vec2d> rows(size_t(burst.regions.rows), cv::Vec2d(0, 0));  // sum, count
+  parallel_for(burst.regions.rows, [&](int y) {
     for (int x = 0; x < burst.regions.cols; ++x) {
       if (!burst.regions(y, x) || burst.clipped_projector(y, x)) continue;
       for (int c = 0; c < 3; ++c) {
@@ -202,12 +222,12 @@ double closure(const Burst& burst) {
         float stripes = 0;
         for (const Image3& image : burst.stripes) stripes += image(y, x)[c];
         const double error = stripes / (2 * lit) - 1;
-        sum += error * error;
-        count += 1;
+        rows[size_t(y)] += cv::Vec2d(error * error, 1);
       }
     }
-  }
-  return count > 0 ? std::sqrt(sum / count) : 0;
+  });
+  const cv::Vec2d sum = std::accumulate(rows.begin(), rows.end(), cv::Vec2d(0, 0));
+  return sum[1] > 0 ? std::sqrt(sum[0] / sum[1]) : 0;
 }
 
 // Shares of every pixel that is measured; the mean over the channels of their variance without the

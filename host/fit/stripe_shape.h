@@ -39,9 +39,8 @@ class StripeBins {
 
   StripeBins() : cells_(size_t(kFrequencies * kPhases)) {}
 
-  // `frequency` in units of the table's highest (0 to 1), `phase` in turns.
-  void add(float frequency, float phase, float value, float weight) {
-    Cell& cell = cells_[size_t(row(frequency) * kPhases + column(phase))];
+  void add(int row, int column, float value, float weight) {
+    Cell& cell = cells_[size_t(row * kPhases + column)];
     cell.weight += weight;
     cell.value += weight * value;
     cell.square += weight * value * value;
@@ -51,8 +50,8 @@ class StripeBins {
 
   KernelEquations equations(const StripeDesign& design) const;
 
-  static int row(float frequency);
-  static int column(float phase);
+  static int row(float frequency);  // in units of the table's highest, 0 to 1
+  static int column(float phase);   // in turns
 
  private:
   struct Cell {
