@@ -3,6 +3,7 @@
 #include "base/error.h"
 #include "base/progress.h"
 #include "export/glb.h"
+#include "export/reduce.h"
 
 namespace lamella::exporting {
 
@@ -29,7 +30,8 @@ ExportReport export_face(const LayerMaps& maps, const v1::Layers& layers,
                          const std::string& subject, const fs::path& file,
                          const ExportOptions& options) {
   const Stopwatch stopwatch;
-  const FaceMaps face = face_from_maps(carried(maps), subject);
+  const LayerMaps all = carried(maps);
+  const FaceMaps face = face_from_maps(reduced(all, block_of(all, options)), subject);
   GlbContent content;
   content.subject = subject;
   content.layers = layers;

@@ -13,6 +13,7 @@
 
 #include "base/error.h"
 #include "export/normal_bake.h"
+#include "export/reduce.h"
 #include "export/textures.h"
 
 namespace lamella::exporting {
@@ -296,6 +297,33 @@ TEST(Export, SaysWhatTheDiskDoesNotTakeAndKeepsWhatWasThere) {
   EXPECT_NE(said.find("File too large"), std::string::npos) << said;
   EXPECT_EQ(fs::file_size(file), 14u);
   fs::remove(file);
+}
+
+TEST(Reduced, KeepsTheSurfaceTheColoursAndTheOutlineInFewerPixels) {
+  const LayerMaps whole = dome(), half = reduced(whole, 2);
+  ASSERT_EQ(half.position_mm.size(), cv::Size(kWidth / 2, kHeight / 2));
+  int known = 0;
+  for (int y = 0; y < half.position_mm.rows; ++y) {
+    for (int x = 0; x < half.position_mm.cols; ++x) {
+      const Vec3 p = half.position_mm(y, x);
+      if (!is_finite(p)) continue;
+      ++known;
+      EXPECT_NEAR(length(p), kRadiusMm, 1e-3);  // on the sphere: nothing is averaged over an edge
+      EXPECT_NEAR(length(half.normal_specular(y, x)), 1, 1e-5);
+      EXPECT_NEAR(half.total_albedo(y, x)[1], 0.4f, 1e-6);
+      EXPECT_GT(half.regions(y, x), 0);
+    }
+  }
+  const int all = cv::countNonZero(whole.regions);
+  EXPECT_NEAR(known, all / 4, all / 50);
+}
+
+TEST(Reduced, OnlyWhereNeitherTextureNorMeshShowsMore) {
+  const LayerMaps maps = dome();  // about 130 pixels high, 13000 in all
+  EXPECT_EQ(block_of(maps, {100, 1024}), 1);
+  EXPECT_EQ(block_of(maps, {100, 60}), 2);
+  EXPECT_EQ(block_of(maps, {100, 40}), 3);
+  EXPECT_EQ(block_of(maps, {1000, 40}), 1);
 }
 
 TEST(Export, RefusesMapsWithoutASurface) {
