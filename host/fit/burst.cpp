@@ -213,6 +213,22 @@ void place_patterns(const Session& session, Burst* burst) {
   for (int k = 0; k < 4; ++k) burst->stripes_place[size_t(k)] = place(Role::kStripes, k);
 }
 
+// What a fit needs beside what is read, and nothing that it does not.
+Photographs read_rest(const Session& session, ShapeFrom shape, Photographs read) {
+  Photographs photographs;
+  std::vector<const Frame*> rest;
+  for (const Frame* frame : frames_to_fit(session, shape)) {
+    const auto found = read.find(frame);
+    if (found == read.end()) {
+      rest.push_back(frame);
+    } else {
+      photographs[frame] = std::move(found->second);
+    }
+  }
+  photographs.merge(read_photographs(session, rest));
+  return photographs;
+}
+
 void set_regions(const Session& session, Burst* burst) {
   burst->has_given_regions = !session.regions_file.empty();
   if (!burst->has_given_regions) {
@@ -235,10 +251,10 @@ float NoiseModel::variance(float radiance) const {
   return float(read_variance + photon_variance_per_unit * double(std::max(0.f, radiance)));
 }
 
-Burst linearise(const Session& session, const TriangleMesh* mesh) {
+Burst linearise(const Session& session, const TriangleMesh* mesh, Photographs read) {
   const ShapeFrom shape = mesh ? ShapeFrom::kMesh : ShapeFrom::kFringes;
   require_burst(session, shape);
-  Photographs photographs = read_photographs(session, frames_to_fit(session, shape));
+  Photographs photographs = read_rest(session, shape, std::move(read));
   Burst burst;
   burst.mesh = mesh;
   if (!session.regions_file.empty()) burst.regions = read_regions(session);

@@ -71,8 +71,9 @@ struct Burst {
   Image3 right_front_lit;
 };
 
-// Reads all frames (in parallel). Throws Error that names file and field, or with the reason of
-// `check` where it calls the photographs unusable. `mesh`: none where the fringes tell the shape.
-Burst linearise(const Session& session, const TriangleMesh* mesh = nullptr);
+// Reads all frames (in parallel) that are not `read` yet. Throws Error that names file and field,
+// or with the reason of `check` where it calls the photographs unusable. `mesh`: none where the
+// fringes tell the shape.
+Burst linearise(const Session& session, const TriangleMesh* mesh = nullptr, Photographs read = {});
 
 }  // namespace lamella::fit

@@ -10,6 +10,7 @@
 #include "fit/find_regions.h"
 #include "fit/pattern_extinction.h"
 #include "fit/report.h"
+#include "fit/subject_window.h"
 
 namespace lamella::fit {
 
@@ -64,11 +65,19 @@ bool settle_regions(const Geometry& geometry, const Normals& normals, Burst* bur
   return true;
 }
 
-// What no later step looks at; on large photographs a sixth of the memory that a fit takes.
+// What no later step looks at; on large photographs a sixth of the memory that a fit takes. What
+// comes later is written where it was, which is quicker than to memory that is new.
 void forget_fringes(Burst* burst) {
   for (Image3& image : burst->fringe) image.release();
   for (Image3& image : burst->right_fringe) image.release();
   burst->right_front_lit.release();
+}
+
+// Rerendering looks at evenly lit skin alone.
+void forget_patterns(Burst* burst) {
+  for (AnalyserPair& gradient : burst->gradient) gradient = {};
+  for (Image3& image : burst->stripes) image.release();
+  burst->dots.release();
 }
 
 // What the skin's layers are fitted from.
@@ -131,6 +140,7 @@ void run_steps(Step until, LayerUse use, Burst* burst, Course* course, LayeredFi
       report_regions(*burst, fit);
     }
     const Skin skin = fit_skin(until, use, {*burst, geometry, normals}, course);
+    forget_patterns(burst);
     report_skin(until, skin, fit);
     if (until >= Step::kAlbedo) {
       const Albedo albedo =
@@ -158,14 +168,18 @@ LayeredFit fit_layers(const Session& session, Step until, LayerUse use, const Qu
                       const TriangleMesh* mesh) {
   LayeredFit fit;
   Course course{.layers = &fit.layers, .progress = Progress("fitting, step", steps_until(until))};
-  Burst burst = timed(&course, "linearise", [&] { return linearise(session, mesh); });
+  SubjectBurst subject;
+  Burst burst = timed(&course, "linearise", [&] {
+    subject = find_subject(session);
+    return linearise(subject.session, mesh, std::move(subject.fronts));
+  });
   burst.quality = quality;
   fit.check = burst.check;
   if (quality.bin_px == 1) {
     run_steps(until, use, &burst, &course, &fit);
   } else {
     Labels regions = burst.regions;
-    const Session binned = binned_session(session, quality.bin_px);
+    const Session binned = binned_session(subject.session, quality.bin_px);
     burst =
         note_time(&fit.layers, "bin", [&] { return binned_burst(burst, binned, quality.bin_px); });
     run_steps(until, use, &burst, &course, &fit);
@@ -173,11 +187,12 @@ LayeredFit fit_layers(const Session& session, Step until, LayerUse use, const Qu
       if (!burst.has_given_regions) {
         regions = labels_of_pixels(burst.regions, quality.bin_px, regions > 0);
       }
-      unbin_maps(regions, session.left, quality.bin_px, &fit.maps);
+      unbin_maps(regions, subject.session.left, quality.bin_px, &fit.maps);
       return 0;
     });
   }
   settle_confidence(&fit.maps);
+  fit.maps.window = subject.session.window("left");
   return fit;
 }
 

@@ -35,8 +35,7 @@ cv::Size checked_size(const Imf::InputFile& file, const fs::path& path) {
   return {int(width), int(height)};
 }
 
-void read_planes(Imf::InputFile& file, const std::vector<ExrPlane>& planes) {
-  if (read_zip_planes(&file, planes)) return;
+void read_any_planes(Imf::InputFile& file, const std::vector<ExrPlane>& planes) {
   const Imath::Box2i box = file.header().dataWindow();
   Imf::FrameBuffer buffer;
   for (const ExrPlane& p : planes) {
@@ -45,6 +44,11 @@ void read_planes(Imf::InputFile& file, const std::vector<ExrPlane>& planes) {
   }
   file.setFrameBuffer(buffer);
   file.readPixels(box.min.y, box.max.y);
+}
+
+void read_planes(Imf::InputFile& file, const std::vector<ExrPlane>& planes, cv::Size size) {
+  if (read_zip_planes(&file, planes, cv::Rect({0, 0}, size))) return;
+  read_any_planes(file, planes);
 }
 
 void require_channels(const Imf::InputFile& file, const std::vector<std::string>& names,
@@ -108,34 +112,51 @@ auto reading(const fs::path& path, const Read& read) {
   }
 }
 
-Image3 read_interleaved(const fs::path& path, const std::vector<std::string>& names) {
+std::vector<ExrPlane> planes_of(const Image3& image, const std::vector<std::string>& names) {
+  std::vector<ExrPlane> planes;
+  for (size_t c = 0; c < 3; ++c) {
+    planes.push_back({names[c], reinterpret_cast<char*>(image.data) + c * sizeof(float),
+                      sizeof(Vec3), image.step[0]});
+  }
+  return planes;
+}
+
+// All of it where there is no `area`.
+Image3 read_interleaved(const fs::path& path, const std::vector<std::string>& names,
+                        const std::optional<cv::Rect>& area = std::nullopt) {
   return reading(path, [&](Imf::InputFile& file) {
     require_channels(file, names, path);
-    Image3 image(checked_size(file, path));
-    std::vector<ExrPlane> planes;
-    for (int c = 0; c < 3; ++c) {
-      planes.push_back({names[c], reinterpret_cast<char*>(image.data) + c * sizeof(float),
-                        sizeof(Vec3), image.step[0]});
-    }
-    read_planes(file, planes);
-    return image;
+    const cv::Rect whole({0, 0}, checked_size(file, path));
+    const cv::Rect part = area.value_or(whole);
+    if ((part & whole) != part) throw std::runtime_error("it is smaller than what is read of it");
+    Image3 image(part.size());
+    if (read_zip_planes(&file, planes_of(image, names), part)) return image;
+    image.create(whole.size());
+    read_any_planes(file, planes_of(image, names));
+    return part == whole ? image : image(part).clone();
   });
 }
 
+ExrSurroundings nothing_around(cv::Size size) { return {whole_window(size), 0}; }
+
 void write_interleaved(const fs::path& path, const Image3& image, const std::string& names,
-                       PixelType type) {
+                       PixelType type, const std::optional<ExrSurroundings>& around) {
   std::vector<ExrSource> sources;
   for (int c = 0; c < 3; ++c) {
     sources.push_back({std::string(1, names[c]),
                        reinterpret_cast<const char*>(image.data) + c * sizeof(float), sizeof(Vec3),
                        image.step[0]});
   }
-  write_whole_text(path, exr_zip(image.size(), sources, type));
+  write_whole_text(path, exr_zip(around.value_or(nothing_around(image.size())), sources, type));
 }
 
 }  // namespace
 
 Image3 read_exr_rgb(const fs::path& path) { return read_interleaved(path, {"R", "G", "B"}); }
+
+Image3 read_exr_rgb(const fs::path& path, const cv::Rect& area) {
+  return read_interleaved(path, {"R", "G", "B"}, area);
+}
 
 Image3 read_exr_xyz(const fs::path& path) { return read_interleaved(path, {"X", "Y", "Z"}); }
 
@@ -150,7 +171,7 @@ std::vector<Image1> read_exr(const fs::path& path, const std::vector<std::string
       planes.push_back({name, reinterpret_cast<char*>(images.back().data), sizeof(float),
                         images.back().step[0]});
     }
-    read_planes(file, planes);
+    read_planes(file, planes, size);
     return images;
   });
 }
@@ -173,7 +194,7 @@ std::vector<std::string> exr_channels(const fs::path& path) {
 }
 
 void write_exr(const fs::path& path, const std::vector<std::pair<std::string, Image1>>& channels,
-               PixelType type) {
+               PixelType type, const std::optional<ExrSurroundings>& around) {
   if (channels.empty()) throw_bad_input(path.string(), "no channels to write");
   for (const auto& [name, image] : channels) {
     if (image.size() != channels.front().second.size()) {
@@ -185,15 +206,18 @@ void write_exr(const fs::path& path, const std::vector<std::pair<std::string, Im
     sources.push_back(
         {name, reinterpret_cast<const char*>(image.data), sizeof(float), image.step[0]});
   }
-  write_whole_text(path, exr_zip(channels.front().second.size(), sources, type));
+  write_whole_text(path, exr_zip(around.value_or(nothing_around(channels.front().second.size())),
+                                 sources, type));
 }
 
-void write_exr_rgb(const fs::path& path, const Image3& rgb, PixelType type) {
-  write_interleaved(path, rgb, "RGB", type);
+void write_exr_rgb(const fs::path& path, const Image3& rgb, PixelType type,
+                   const std::optional<ExrSurroundings>& around) {
+  write_interleaved(path, rgb, "RGB", type, around);
 }
 
-void write_exr_xyz(const fs::path& path, const Image3& xyz, PixelType type) {
-  write_interleaved(path, xyz, "XYZ", type);
+void write_exr_xyz(const fs::path& path, const Image3& xyz, PixelType type,
+                   const std::optional<ExrSurroundings>& around) {
+  write_interleaved(path, xyz, "XYZ", type, around);
 }
 
 }  // namespace lamella

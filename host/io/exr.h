@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -23,6 +24,9 @@ inline constexpr int64_t kMaxImagePixels = int64_t(1) << 27;
 // is truncated or not EXR.
 Image3 read_exr_rgb(const fs::path& path);
 
+// The same of that part of it alone: most of the rest is not even decompressed.
+Image3 read_exr_rgb(const fs::path& path, const cv::Rect& area);
+
 // Channels X, Y, Z.
 Image3 read_exr_xyz(const fs::path& path);
 
@@ -38,10 +42,14 @@ std::string size_words(cv::Size size);
 // Names of the channels of a file, sorted.
 std::vector<std::string> exr_channels(const fs::path& path);
 
-// All images of one size. ZIP compressed, through a temporary file and a rename.
+// All images of one size. ZIP compressed, through a temporary file and a rename. `around`: what the
+// file has beside them.
 void write_exr(const fs::path& path, const std::vector<std::pair<std::string, Image1>>& channels,
-               PixelType type = PixelType::kFloat);
-void write_exr_rgb(const fs::path& path, const Image3& rgb, PixelType type = PixelType::kFloat);
-void write_exr_xyz(const fs::path& path, const Image3& xyz, PixelType type = PixelType::kFloat);
+               PixelType type = PixelType::kFloat,
+               const std::optional<ExrSurroundings>& around = std::nullopt);
+void write_exr_rgb(const fs::path& path, const Image3& rgb, PixelType type = PixelType::kFloat,
+                   const std::optional<ExrSurroundings>& around = std::nullopt);
+void write_exr_xyz(const fs::path& path, const Image3& xyz, PixelType type = PixelType::kFloat,
+                   const std::optional<ExrSurroundings>& around = std::nullopt);
 
 }  // namespace lamella

@@ -76,32 +76,43 @@ bool are_interleaved(const std::vector<ExrPlane>& planes) {
 
 class Chunks {
  public:
-  Chunks(Imf::InputFile* file, std::vector<Stored> stored, const std::vector<ExrPlane>& planes)
+  Chunks(Imf::InputFile* file, std::vector<Stored> stored, const std::vector<ExrPlane>& planes,
+         const cv::Rect& area)
       : file_(*file),
         stored_(std::move(stored)),
         planes_(planes),
+        area_(area),
         are_interleaved_(are_interleaved(planes)),
         box_(file->header().dataWindow()),
         width_(box_.max.x - box_.min.x + 1),
         decompressor_(libdeflate_alloc_decompressor(), libdeflate_free_decompressor),
-        halves_(size_t(width_)),
-        rows_(planes.size(), std::vector<float>(size_t(width_))) {
+        halves_(size_t(area.width)),
+        rows_(planes.size(), std::vector<float>(size_t(area.width))) {
     if (!decompressor_) throw std::runtime_error("no memory to decompress it");
     for (const Stored& s : stored_) line_bytes_ += bytes_of(s);
   }
 
-  void read_all() {
+  void read() {
     const int step = lines_per_chunk(file_.header().compression());
-    for (int y = box_.min.y; y <= box_.max.y; y += step) {
-      const int lines = std::min(step, box_.max.y - y + 1);
-      decompress(y, line_bytes_ * size_t(lines));
-      for (int i = 0; i < lines; ++i) {
-        unpack_line(pixels_.data() + line_bytes_ * size_t(i), y - box_.min.y + i);
+    const int height = box_.max.y - box_.min.y + 1;
+    for (int top = area_.y / step * step; top < area_.br().y; top += step) {
+      const int lines = std::min(step, height - top);
+      decompress(box_.min.y + top, line_bytes_ * size_t(lines));
+      for (int y = std::max(top, area_.y); y < std::min(top + lines, area_.br().y); ++y) {
+        unpack_line(pixels_.data() + line_bytes_ * size_t(y - top), y - area_.y);
       }
     }
+    require_end();
   }
 
  private:
+  // A file that was cut is refused even where what was cut off is not looked at.
+  void require_end() {
+    const char* packed = nullptr;
+    int packed_bytes = 0;
+    file_.rawPixelData(box_.max.y, packed, packed_bytes);
+  }
+
   size_t bytes_of(const Stored& channel) const {
     return size_t(width_) * (channel.is_half ? sizeof(cv::float16_t) : sizeof(float));
   }
@@ -154,20 +165,21 @@ class Chunks {
     const int* from[3];
     for (size_t c = 0; c < 3; ++c) from[c] = reinterpret_cast<const int*>(rows_[c].data());
     char* to = planes_[0].base + planes_[0].y_stride * size_t(y);
-    cv::hal::merge32s(from, reinterpret_cast<int*>(to), width_, 3);
+    cv::hal::merge32s(from, reinterpret_cast<int*>(to), area_.width, 3);
   }
 
   void unpack_channel(const Stored& channel, const uint8_t* line, int y) {
     std::vector<float>& row = rows_[size_t(channel.to - planes_.data())];
     if (channel.is_half) {
-      std::memcpy(halves_.data(), line, bytes_of(channel));
-      cv::hal::cvt16f32f(halves_.data(), row.data(), width_);
+      const uint8_t* from = line + size_t(area_.x) * sizeof(cv::float16_t);
+      std::memcpy(halves_.data(), from, halves_.size() * sizeof(cv::float16_t));
+      cv::hal::cvt16f32f(halves_.data(), row.data(), area_.width);
     } else {
-      std::memcpy(row.data(), line, bytes_of(channel));
+      std::memcpy(row.data(), line + size_t(area_.x) * sizeof(float), row.size() * sizeof(float));
     }
     if (are_interleaved_) return;
     char* to = channel.to->base + channel.to->y_stride * size_t(y);
-    for (int x = 0; x < width_; ++x) {
+    for (int x = 0; x < area_.width; ++x) {
       std::memcpy(to + channel.to->x_stride * size_t(x), &row[size_t(x)], sizeof(float));
     }
   }
@@ -175,6 +187,7 @@ class Chunks {
   Imf::InputFile& file_;
   std::vector<Stored> stored_;
   const std::vector<ExrPlane>& planes_;
+  cv::Rect area_;
   bool are_interleaved_;
   Imath::Box2i box_;
   int width_;
@@ -187,14 +200,15 @@ class Chunks {
 
 }  // namespace
 
-bool read_zip_planes(Imf::InputFile* file, const std::vector<ExrPlane>& planes) {
+bool read_zip_planes(Imf::InputFile* file, const std::vector<ExrPlane>& planes,
+                     const cv::Rect& area) {
   const Imf::Header& header = file->header();
   const Imf::Compression compression = header.compression();
   if (compression != Imf::ZIP_COMPRESSION && compression != Imf::ZIPS_COMPRESSION) return false;
   if (header.hasTileDescription()) return false;
   std::vector<Stored> stored = stored_channels(header, planes);
   if (stored.empty()) return false;
-  Chunks(file, std::move(stored), planes).read_all();
+  Chunks(file, std::move(stored), planes, area).read();
   return true;
 }
 

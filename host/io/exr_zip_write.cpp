@@ -23,12 +23,20 @@ using Bytes = std::vector<uint8_t>;
 
 class ChunkPacker {
  public:
-  ChunkPacker(cv::Size size, const std::vector<ExrSource>& sources, PixelType stored)
-      : width_(size.width),
-        height_(size.height),
+  ChunkPacker(const ExrSurroundings& around, const std::vector<ExrSource>& sources,
+              PixelType stored)
+      : width_(around.window.whole.width),
+        height_(around.window.whole.height),
+        area_(around.window.area),
+        around_(around.value),
         sources_(sources),
         is_half_(stored == PixelType::kHalf),
         line_bytes_(size_t(width_) * (is_half_ ? 2 : 4) * sources.size()) {}
+
+  // Most of the lines that a subject does not reach are of one kind.
+  bool is_empty(int first) const {
+    return first + kLines <= height_ && (first + kLines <= area_.y || first >= area_.br().y);
+  }
 
   // What the file holds of the lines from `first` on.
   Bytes packed(int first) const {
@@ -41,13 +49,18 @@ class ChunkPacker {
 
  private:
   void pack_line(int y, uint8_t* to) const {
-    std::vector<float> row(static_cast<size_t>(width_));
+    std::vector<float> row(static_cast<size_t>(width_), around_);
+    const bool is_inside = y >= area_.y && y < area_.br().y;
     for (const ExrSource& s : sources_) {
-      const char* from = s.base + s.y_stride * size_t(y);
-      for (int x = 0; x < width_; ++x) {
-        std::memcpy(&row[size_t(x)], from + s.x_stride * size_t(x), sizeof(float));
-      }
+      if (is_inside) copy_line(s, y - area_.y, &row[size_t(area_.x)]);
       to = append(row, to);
+    }
+  }
+
+  void copy_line(const ExrSource& source, int y, float* to) const {
+    const char* from = source.base + source.y_stride * size_t(y);
+    for (int x = 0; x < area_.width; ++x) {
+      std::memcpy(to + x, from + source.x_stride * size_t(x), sizeof(float));
     }
   }
 
@@ -89,6 +102,8 @@ class ChunkPacker {
   }
 
   int width_, height_;
+  cv::Rect area_;
+  float around_;
   const std::vector<ExrSource>& sources_;
   bool is_half_;
   size_t line_bytes_;
@@ -149,15 +164,24 @@ class ChunkFile {
 
 }  // namespace
 
-std::string exr_zip(cv::Size size, std::vector<ExrSource> sources, PixelType stored) {
+std::string exr_zip(const ExrSurroundings& around, std::vector<ExrSource> sources,
+                    PixelType stored) {
+  const cv::Size size = around.window.whole;
   std::sort(sources.begin(), sources.end(),
             [](const ExrSource& a, const ExrSource& b) { return a.name < b.name; });
   std::vector<Bytes> chunks(size_t((size.height + kLines - 1) / kLines));
-  const ChunkPacker packer(size, sources, stored);
-  parallel_for(int(chunks.size()), [&](int i) { chunks[size_t(i)] = packer.packed(i * kLines); });
+  const ChunkPacker packer(around, sources, stored);
+  parallel_for(int(chunks.size()), [&](int i) {
+    if (!packer.is_empty(i * kLines)) chunks[size_t(i)] = packer.packed(i * kLines);
+  });
+  Bytes empty;
   ChunkFile out;
   out.write_header(size, sources, stored);
-  for (size_t i = 0; i < chunks.size(); ++i) out.write_chunk(int(i) * kLines, chunks[i]);
+  for (size_t i = 0; i < chunks.size(); ++i) {
+    const int first = int(i) * kLines;
+    if (chunks[i].empty() && empty.empty()) empty = packer.packed(first);
+    out.write_chunk(first, chunks[i].empty() ? empty : chunks[i]);
+  }
   return out.finish();
 }
 

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "base/pixel_window.h"
+
 namespace lamella {
 
 enum class PixelType { kHalf, kFloat };
@@ -18,8 +20,15 @@ struct ExrSource {
   size_t x_stride, y_stride;
 };
 
-// The bytes of a file that has `sources`, of different names, as channels of `stored` of an image
-// of `size`. The same floats give the same bytes. Throws std::exception where OpenEXR refuses.
-std::string exr_zip(cv::Size size, std::vector<ExrSource> sources, PixelType stored);
+// What is around pixels that are a part of a file.
+struct ExrSurroundings {
+  PixelWindow window;  // where in the file they lie
+  float value;         // of every other pixel
+};
+
+// The bytes of a file that has `sources`, of different names, as channels of `stored`, in the
+// window. The same floats give the same bytes. Throws std::exception where OpenEXR refuses.
+std::string exr_zip(const ExrSurroundings& around, std::vector<ExrSource> sources,
+                    PixelType stored);
 
 }  // namespace lamella

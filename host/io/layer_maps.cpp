@@ -51,6 +51,12 @@ void read_normal_diffuse(const fs::path& file, LayerMaps* maps) {
   }
 }
 
+// What the whole image has where the maps have no pixel.
+std::optional<ExrSurroundings> around(const LayerMaps& maps, float value = kNaN) {
+  if (!maps.window) return std::nullopt;
+  return ExrSurroundings{*maps.window, value};
+}
+
 void write_normal_diffuse(const fs::path& file, const LayerMaps& maps) {
   const std::vector<std::string> names = diffuse_channels();
   std::vector<std::pair<std::string, Image1>> channels;
@@ -59,7 +65,7 @@ void write_normal_diffuse(const fs::path& file, const LayerMaps& maps) {
     cv::split(maps.normal_diffuse[c], xyz);
     for (int a = 0; a < 3; ++a) channels.emplace_back(names[3 * c + a], xyz[a]);
   }
-  write_exr(file, channels, PixelType::kHalf);
+  write_exr(file, channels, PixelType::kHalf, around(maps));
 }
 
 // Digits that mean nothing cost time to compress and room on the disk.
@@ -78,13 +84,13 @@ Image3 rounded_position(const Image3& position_mm) {
   return rounded;
 }
 
-void write_confidence(const fs::path& file, const std::map<std::string, Image1>& confidence) {
+void write_confidence(const fs::path& file, const LayerMaps& maps) {
   std::vector<std::pair<std::string, Image1>> channels;
-  for (const auto& [name, plane] : confidence) {
+  for (const auto& [name, plane] : maps.confidence) {
     channels.emplace_back(name, plane.clone());
     round_to(kConfidenceStep, channels.back().second);
   }
-  write_exr(file, channels, PixelType::kHalf);
+  write_exr(file, channels, PixelType::kHalf, around(maps, 0));
 }
 
 // To 3 %: what a deviation is known to, by far.
@@ -94,13 +100,20 @@ float rounded_deviation(float value) {
   return std::isfinite(value) ? std::bit_cast<float>(bits >> kDropped << kDropped) : value;
 }
 
-void write_stddev(const fs::path& file, const std::map<std::string, Image1>& stddev) {
+void write_stddev(const fs::path& file, const LayerMaps& maps) {
   std::vector<std::pair<std::string, Image1>> channels;
-  for (const auto& [name, plane] : stddev) {
+  for (const auto& [name, plane] : maps.stddev) {
     channels.emplace_back(name, plane.clone());
     for (float& value : channels.back().second) value = rounded_deviation(value);
   }
-  write_exr(file, channels, PixelType::kHalf);
+  write_exr(file, channels, PixelType::kHalf, around(maps));
+}
+
+void write_regions(const fs::path& file, const LayerMaps& maps) {
+  if (!maps.window) return write_labels(file, maps.regions);
+  Labels whole(maps.window->whole, 0);
+  maps.regions.copyTo(whole(maps.window->area));
+  write_labels(file, whole);
 }
 
 // Every map shows the same pixels.
@@ -171,27 +184,28 @@ void write_layer_maps(const fs::path& folder, const LayerMaps& maps) {
     jobs.push_back([&] { write_normal_diffuse(at("normal_diffuse"), maps); });
   }
   if (!maps.confidence.empty()) {
-    jobs.push_back([&] { write_confidence(at("confidence"), maps.confidence); });
+    jobs.push_back([&] { write_confidence(at("confidence"), maps); });
   }
-  if (!maps.stddev.empty()) jobs.push_back([&] { write_stddev(at("stddev"), maps.stddev); });
+  if (!maps.stddev.empty()) jobs.push_back([&] { write_stddev(at("stddev"), maps); });
   for (const Map3& m : kMaps3) {
     if ((maps.*m.member).empty()) continue;
     jobs.push_back([&maps, &m, at] {
       if (m.xyz) {
         const bool is_position = m.member == &LayerMaps::position_mm;
         write_exr_xyz(at(m.name), is_position ? rounded_position(maps.position_mm) : maps.*m.member,
-                      m.type);
+                      m.type, around(maps));
       } else {
-        write_exr_rgb(at(m.name), maps.*m.member, m.type);
+        write_exr_rgb(at(m.name), maps.*m.member, m.type, around(maps));
       }
     });
   }
   if (!maps.specular_intensity.empty()) {
     jobs.push_back([&] {
-      write_exr(at("specular_intensity"), {{"Y", maps.specular_intensity}}, PixelType::kHalf);
+      write_exr(at("specular_intensity"), {{"Y", maps.specular_intensity}}, PixelType::kHalf,
+                around(maps));
     });
   }
-  jobs.push_back([&] { write_labels(folder / "regions.png", maps.regions); });
+  jobs.push_back([&] { write_regions(folder / "regions.png", maps); });
   parallel_for(int(jobs.size()), [&](int i) { jobs[size_t(i)](); });
 }
 

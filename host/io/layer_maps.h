@@ -3,6 +3,7 @@
 
 #include <array>
 #include <map>
+#include <optional>
 #include <string>
 
 #include "io/exr.h"
@@ -26,6 +27,9 @@ struct LayerMaps {
   // fit; not read back.
   std::map<std::string, Image1> stddev;
   Labels regions;
+  // Of the left camera's pixels, those that the maps have; nothing is known of others. Of a fit;
+  // without it they have all.
+  std::optional<PixelWindow> window;
 };
 
 // Each map by the name of its file, empty ones too; `normal_diffuse` thrice, a channel each.
@@ -38,7 +42,8 @@ LayerMaps read_layer_maps(const fs::path& folder);
 // Every file that may be read of such a folder, be it there or not.
 std::vector<fs::path> files_of_layers(const fs::path& folder);
 
-// Writes all maps that are not empty, in parallel, and regions.png. Channel names as documented.
+// Writes all maps that are not empty, in parallel, and regions.png, all at the size of the camera.
+// Channel names as documented.
 void write_layer_maps(const fs::path& folder, const LayerMaps& maps);
 
 v1::Layers read_layers(const fs::path& file);  // layers.json

@@ -158,6 +158,13 @@ const Camera& Session::camera(const std::string& id) const {
   throw_bad_input((path / "session.json").string(), "no camera \"" + id + "\"");
 }
 
+PixelWindow Session::window(const std::string& camera_id) const {
+  const auto found = windows.find(camera_id);
+  if (found != windows.end()) return found->second;
+  const Camera& whole = camera(camera_id);
+  return whole_window({whole.width, whole.height});
+}
+
 const Frame* Session::find(const std::string& camera, Role role, int index,
                            Analyser analyser) const {
   for (const Frame& f : frames) {
@@ -216,11 +223,11 @@ RowExtremes extremes_of(const Vec3* row, int pixels, float saturation) {
   return {non_finite != 0, clipped != 0};
 }
 
-[[noreturn]] void refuse_non_finite(const fs::path& file, const Vec3* row, int y) {
-  int x = 0;
-  while (is_finite(row[x])) ++x;
-  throw_bad_input(file.string(), "NaN or infinity at pixel (" + std::to_string(x) + ", " +
-                                     std::to_string(y) + ")");
+// `row` begins at pixel `at` of the photograph.
+[[noreturn]] void refuse_non_finite(const fs::path& file, const Vec3* row, cv::Point at) {
+  while (is_finite(*row)) ++row, ++at.x;
+  throw_bad_input(file.string(), "NaN or infinity at pixel (" + std::to_string(at.x) + ", " +
+                                     std::to_string(at.y) + ")");
 }
 
 }  // namespace
@@ -230,16 +237,16 @@ Photograph read_photograph(const Session& session, const Frame& frame) {
   const Camera& camera = session.camera(frame.camera);
   Photograph p;
   const cv::Size size = exr_size(file);  // before its pixels: they may be very many
-  if (size.width != camera.width || size.height != camera.height) {
+  const PixelWindow window = session.window(frame.camera);
+  if (size != window.whole) {
     throw_bad_input(file.string(), size_words(size) + " pixels, but the " + frame.camera +
-                                       " camera (rig.cameras) has " +
-                                       size_words({camera.width, camera.height}));
+                                       " camera (rig.cameras) has " + size_words(window.whole));
   }
-  p.radiance = read_exr_rgb(file);
+  p.radiance = read_exr_rgb(file, window.area);
   for (int y = 0; y < p.radiance.rows; ++y) {
     Vec3* row = p.radiance[y];
     const RowExtremes extremes = extremes_of(row, p.radiance.cols, float(camera.saturation));
-    if (extremes.has_non_finite) refuse_non_finite(file, row, y);
+    if (extremes.has_non_finite) refuse_non_finite(file, row, window.area.tl() + cv::Point(0, y));
     if (extremes.has_clipped && p.clipped.empty()) p.clipped = Mask(p.radiance.size(), 0);
     for (int x = 0; extremes.has_clipped && x < p.radiance.cols; ++x) {
       const float most = std::max({row[x][0], row[x][1], row[x][2]});
@@ -292,14 +299,15 @@ Labels read_regions(const Session& session) {
   const fs::path file =
       given ? fs::path(session.regions_file) : session.path / session.regions_file;
   const Labels labels = given ? session.given_labels : read_labels(file);
-  if (labels.cols != session.left.width || labels.rows != session.left.height) {
+  const PixelWindow window = session.window("left");
+  if (labels.size() != window.whole) {
     throw_bad_input(file.string(),
                     size_words(labels.size()) + " pixels, but the left camera (rig.cameras) has " +
-                        size_words({session.left.width, session.left.height}),
+                        size_words(window.whole),
                     "label that camera's photographs pixel by pixel");
   }
   require_named(session, file, labels);
-  return labels;
+  return labels(window.area).clone();
 }
 
 }  // namespace lamella

@@ -2,12 +2,14 @@
 // demand. The format is `proto/session.proto` as proto3 JSON.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "base/camera.h"
 #include "base/light_stage.h"
+#include "base/pixel_window.h"
 #include "io/exr.h"
 
 namespace lamella {
@@ -69,7 +71,12 @@ struct Session {
   Labels given_labels;                    // instead of that file's (given_regions.h); mostly empty
   std::vector<std::string> warnings;      // unknown fields and the like, one line each
 
+  // What is read of a camera's photographs, where it is not all of them: `left` and `right` are
+  // then cameras of those pixels alone.
+  std::map<std::string, PixelWindow> windows;
+
   const Camera& camera(const std::string& id) const;  // throws where there is none
+  PixelWindow window(const std::string& camera_id) const;
 
   // The frame with this role, or nullptr.
   const Frame* find(const std::string& camera, Role role, int index, Analyser analyser) const;
@@ -94,12 +101,12 @@ struct Photograph {
   Mask clipped;
 };
 
-// Throws where the file is missing, truncated, of another size than its camera, or has NaN or
-// infinity (with the first such pixel).
+// Of its camera's window. Throws where the file is missing, truncated, of another size than its
+// camera, or has NaN or infinity there (with the first such pixel).
 Photograph read_photograph(const Session& session, const Frame& frame);
 
-// The label image, in left-camera pixels. Throws where a label has no name, the size disagrees or
-// a named region is empty.
+// The label image, in left-camera pixels, of that camera's window. Throws where a label has no
+// name, the size disagrees or a named region is empty.
 Labels read_regions(const Session& session);
 
 // Throws where there are too many names of regions, one is empty or there twice; the message begins

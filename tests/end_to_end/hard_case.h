@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "fit/layers.h"
+#include "end_to_end/whole_maps.h"
 #include "io/exr.h"
 #include "io/fake_session.h"
 #include "io/labels.h"
@@ -65,7 +65,9 @@ class SpoiltSession {
 
   fit::LayeredFit fitted() const {
     std::ofstream(folder_ / "session.json") << manifest;
-    return fit::fit_layers(read_session(folder_), fit::Step::kAlbedo);
+    fit::LayeredFit fit = fit::fit_layers(read_session(folder_), fit::Step::kAlbedo);
+    fit.maps = testing::in_whole(std::move(fit.maps));
+    return fit;
   }
 
  private:

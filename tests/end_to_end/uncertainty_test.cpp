@@ -4,7 +4,7 @@
 // LAMELLA_SKIN=dark.
 #include <gtest/gtest.h>
 
-#include "fit/layers.h"
+#include "end_to_end/whole_maps.h"
 #include "io/fake_session.h"
 #include "io/whole_file.h"
 #include "twin/session_writer.h"
@@ -153,7 +153,7 @@ TEST(Uncertainty, TruthLiesWithinOneSigmaAboutTwoThirdsOfTheTime) {
     fs::copy_file(scratch.path() / "truth" / "regions.png", folder / "regions.png");
     const fit::LayeredFit fit = fit::fit_layers(read_session(folder), fit::Step::kAlbedo);
     const v1::Layers& found = fit.layers;
-    maps.push_back(fit.maps);
+    maps.push_back(testing::in_whole(fit.maps));
     for (int r = 0; r < found.regions_size(); ++r) {
       ASSERT_EQ(found.regions(r).name(), truth.regions(r).name());
       coverages.add(found.regions(r), truth.regions(r));

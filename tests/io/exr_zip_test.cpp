@@ -9,6 +9,7 @@
 
 #include <fstream>
 
+#include "base/error.h"
 #include "base/vec.h"
 #include "io/exr.h"
 #include "io/fake_session.h"
@@ -50,6 +51,13 @@ void write(const fs::path& path, const Kind& kind, const Image1& values) {
   for (int i = 0; i < kind.rows; ++i) file.writePixels(1);
 }
 
+Image3 rgb_image(int rows, int cols) {
+  Image3 out(rows, cols);
+  cv::RNG random(3);
+  for (Vec3& v : out) v = Vec3(random.uniform(0.f, 1.f), random.uniform(0.f, 1.f), 0.25f);
+  return out;
+}
+
 TEST(ExrZip, ReadsWhatOpenExrWroteBitForBit) {
   const testing::ScratchFolder scratch;
   const fs::path path = scratch.path() / "a.exr";
@@ -63,9 +71,55 @@ TEST(ExrZip, ReadsWhatOpenExrWroteBitForBit) {
     Image1 got(values.size(), kNaN);
     Imf::InputFile file(path.c_str(), 0);
     ASSERT_TRUE(read_zip_planes(
-        &file, {{"Y", reinterpret_cast<char*>(got.data), sizeof(float), got.step[0]}}));
+        &file, {{"Y", reinterpret_cast<char*>(got.data), sizeof(float), got.step[0]}},
+        cv::Rect({0, 0}, got.size())));
     EXPECT_EQ(cv::norm(values, got, cv::NORM_INF), 0) << kind.rows << "x" << kind.cols;
   }
+}
+
+TEST(ExrZip, ReadsAPartAsItIsInTheWhole) {
+  const testing::ScratchFolder scratch;
+  const fs::path path = scratch.path() / "a.exr";
+  const Image3 image = rgb_image(70, 41);
+  for (const PixelType type : {PixelType::kHalf, PixelType::kFloat}) {
+    write_exr_rgb(path, image, type);
+    const Image3 whole = read_exr_rgb(path);
+    for (const cv::Rect& area : {cv::Rect(0, 0, 41, 70), cv::Rect(5, 17, 1, 1),
+                                 cv::Rect(3, 15, 30, 34), cv::Rect(40, 64, 1, 6)}) {
+      const Image3 part = read_exr_rgb(path, area);
+      ASSERT_EQ(part.size(), area.size());
+      EXPECT_EQ(cv::norm(part, whole(area), cv::NORM_INF), 0) << area;
+    }
+  }
+}
+
+TEST(ExrZip, ReadsAPartOfWhatIsCompressedOtherwise) {
+  const testing::ScratchFolder scratch;
+  const fs::path path = scratch.path() / "a.exr";
+  const Image3 image = rgb_image(20, 30);
+  Imf::Header header(30, 20);
+  header.compression() = Imf::PIZ_COMPRESSION;
+  Imf::FrameBuffer buffer;
+  for (int c = 0; c < 3; ++c) {
+    const std::string name(1, "RGB"[c]);
+    header.channels().insert(name, Imf::Channel(Imf::FLOAT));
+    char* first = reinterpret_cast<char*>(image.data) + size_t(c) * sizeof(float);
+    buffer.insert(name, Imf::Slice(Imf::FLOAT, first, sizeof(Vec3), image.step[0]));
+  }
+  Imf::OutputFile file(path.c_str(), header);
+  file.setFrameBuffer(buffer);
+  file.writePixels(20);
+  const cv::Rect area(4, 3, 20, 11);
+  EXPECT_EQ(cv::norm(read_exr_rgb(path, area), image(area), cv::NORM_INF), 0);
+}
+
+// Failure: a copy that broke off would be fitted where the subject ends above what is missing.
+TEST(ExrZip, RefusesACutFileEvenWhereThePartIsWhole) {
+  const testing::ScratchFolder scratch;
+  const fs::path path = scratch.path() / "a.exr";
+  write_exr_rgb(path, rgb_image(70, 41));
+  fs::resize_file(path, fs::file_size(path) - 100);
+  EXPECT_THROW(read_exr_rgb(path, {0, 0, 41, 20}), Error);
 }
 
 TEST(ExrZip, LeavesOtherCompressionsToOpenExr) {
@@ -76,8 +130,9 @@ TEST(ExrZip, LeavesOtherCompressionsToOpenExr) {
   write(path, kind, values);
   Image1 got(values.size(), kNaN);
   Imf::InputFile file(path.c_str(), 0);
-  EXPECT_FALSE(read_zip_planes(
-      &file, {{"Y", reinterpret_cast<char*>(got.data), sizeof(float), got.step[0]}}));
+  EXPECT_FALSE(
+      read_zip_planes(&file, {{"Y", reinterpret_cast<char*>(got.data), sizeof(float), got.step[0]}},
+                      cv::Rect({0, 0}, got.size())));
   EXPECT_EQ(cv::norm(values, read_exr(path, {"Y"})[0], cv::NORM_INF), 0);
 }
 
@@ -92,7 +147,8 @@ TEST(ExrZip, SaysWhichLineIsDamaged) {
   Image1 got(37, 23);
   Imf::InputFile file(path.c_str(), 0);
   try {
-    read_zip_planes(&file, {{"Y", reinterpret_cast<char*>(got.data), sizeof(float), got.step[0]}});
+    read_zip_planes(&file, {{"Y", reinterpret_cast<char*>(got.data), sizeof(float), got.step[0]}},
+                    cv::Rect({0, 0}, got.size()));
     FAIL() << "the damage was not seen";
   } catch (const std::exception& e) {
     EXPECT_NE(std::string(e.what()).find("line 32"), std::string::npos) << e.what();

@@ -81,6 +81,26 @@ TEST(ExrZipWrite, IsReadByOpenExrBitForBit) {
   }
 }
 
+TEST(ExrZipWrite, PutsAPartWhereItBelongsAndOneValueAround) {
+  const testing::ScratchFolder scratch;
+  const fs::path path = scratch.path() / "a.exr";
+  const cv::Size whole(50, 90);
+  for (const cv::Rect& area : {cv::Rect(7, 35, 20, 11), cv::Rect(0, 0, 50, 16),
+                               cv::Rect(30, 80, 20, 10), cv::Rect(0, 0, 50, 90)}) {
+    for (const float value : {kNaN, 0.f}) {
+      const Image3 part = picture_of(Picture::kNoise, area.height, area.width);
+      write_exr_rgb(path, part, PixelType::kFloat, ExrSurroundings{{whole, area}, value});
+      const std::vector<float> red = read_channel(path, "R");
+      ASSERT_EQ(red.size(), size_t(whole.area()));
+      for (int i = 0; i < whole.area(); ++i) {
+        const cv::Point at(i % whole.width, i / whole.width);
+        const bool is_inside = area.contains(at);
+        expect_same_bits(red[size_t(i)], is_inside ? part(at - area.tl())[0] : value);
+      }
+    }
+  }
+}
+
 TEST(ExrZipWrite, GivesTheSameBytesForTheSamePixels) {
   const testing::ScratchFolder scratch;
   const Image3 image = picture_of(Picture::kNoise, 200, 90);

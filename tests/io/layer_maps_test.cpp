@@ -51,6 +51,37 @@ bool same(const Image3& a, const Image3& b) {
   }();
 }
 
+bool same_values(const cv::Mat& a, const cv::Mat& b) {
+  cv::Mat3f a3, b3;
+  cv::merge(std::vector<cv::Mat>(3, a), a3);
+  cv::merge(std::vector<cv::Mat>(3, b), b3);
+  return same(a3, b3);
+}
+
+TEST(LayerMaps, OfAWindowComeBackInTheWholeImageWithNothingKnownAround) {
+  const ScratchFolder scratch;
+  LayerMaps maps = all_maps();
+  maps.window = PixelWindow{{9, 40}, {3, 20, 4, 5}};
+  write_layer_maps(scratch.path(), maps);
+  const LayerMaps back = read_layer_maps(scratch.path());
+  const auto whole = named_maps(back), part = named_maps(maps);
+  for (size_t i = 0; i < whole.size(); ++i) {
+    std::vector<cv::Mat> planes, own;
+    cv::split(whole[i].second, planes);
+    cv::split(part[i].second, own);
+    for (size_t c = 0; c < planes.size(); ++c) {
+      ASSERT_EQ(planes[c].size(), maps.window->whole);
+      EXPECT_TRUE(same_values(planes[c](maps.window->area), own[c])) << whole[i].first;
+      planes[c](maps.window->area).setTo(kNaN);
+      EXPECT_EQ(cv::countNonZero(planes[c] == planes[c]), 0) << whole[i].first;
+    }
+  }
+  Image1 confidence = back.confidence.at("position");
+  EXPECT_EQ(cv::sum(confidence)[0], cv::sum(maps.confidence.at("position"))[0]);
+  EXPECT_EQ(cv::countNonZero(confidence != confidence), 0);
+  EXPECT_EQ(cv::sum(back.regions)[0], cv::sum(maps.regions)[0]);
+}
+
 TEST(LayerMaps, ComeBackAsTheyWereWritten) {
   const ScratchFolder scratch;
   const LayerMaps maps = all_maps();
