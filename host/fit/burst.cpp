@@ -35,8 +35,19 @@ void transform_colours(Image3* image, const Mat33d& matrix) {
   });
 }
 
+Image3 difference(const Image3& a, const Image3& b) {
+  Image3 out(a.size());
+  parallel_for(a.rows, [&](int y) {
+    for (int x = 0; x < a.cols; ++x) out(y, x) = a(y, x) - b(y, x);
+  });
+  return out;
+}
+
 void subtract(Image3* image, const Image3& offset) {
-  if (!image->empty() && !offset.empty()) *image -= offset;
+  if (image->empty() || offset.empty()) return;
+  parallel_for(image->rows, [&](int y) {
+    for (int x = 0; x < image->cols; ++x) (*image)(y, x) -= offset(y, x);
+  });
 }
 
 // cross = D/2 + e S and parallel = S + D/2: solve for S and D/2.
@@ -145,7 +156,7 @@ void remove_projector_extinction(double extinction, Burst* burst) {
 }
 
 void remove_black(Burst* burst, const Image3& right_black) {
-  burst->front_lit = burst->front.cross - burst->black;
+  burst->front_lit = difference(burst->front.cross, burst->black);
   subtract(&burst->dots, burst->black);
   for (Image3& image : burst->fringe) subtract(&image, burst->black);
   for (Image3& image : burst->stripes) subtract(&image, burst->black);
@@ -232,7 +243,7 @@ Photographs read_rest(const Session& session, ShapeFrom shape, Photographs read)
 void set_regions(const Session& session, Burst* burst) {
   burst->has_given_regions = !session.regions_file.empty();
   if (!burst->has_given_regions) {
-    burst->regions = subject_mask(burst->front.cross - burst->black);
+    burst->regions = subject_mask(difference(burst->front.cross, burst->black));
     burst->region_names = {"background", "face"};
   } else {
     burst->region_names = session.region_names;
@@ -245,7 +256,7 @@ void set_regions(const Session& session, Burst* burst) {
 
 }  // namespace
 
-Image3 polarized(const AnalyserPair& pair) { return pair.parallel - pair.cross; }
+Image3 polarized(const AnalyserPair& pair) { return difference(pair.parallel, pair.cross); }
 
 float NoiseModel::variance(float radiance) const {
   return float(read_variance + photon_variance_per_unit * double(std::max(0.f, radiance)));

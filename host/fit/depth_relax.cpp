@@ -190,8 +190,8 @@ Mask doubtful_pixels(const DepthMap& measured, const Image1& distance) {
   return doubtful & wanted;
 }
 
-// The places of the pixels that are linked to one another, row by row in each piece, largest
-// piece first.
+// The places of the pixels that are linked to one another, row by row in each piece. The largest
+// piece is the first, the next the last and so on, as neighbours in a loop go to one processor.
 std::vector<std::vector<int>> pieces_of(const Mask& mask) {
   cv::Mat1i piece;
   const int count = cv::connectedComponents(mask, piece, 4, CV_32S);
@@ -201,7 +201,11 @@ std::vector<std::vector<int>> pieces_of(const Mask& mask) {
   }
   std::stable_sort(pieces.begin(), pieces.end(),
                    [](const auto& a, const auto& b) { return a.size() > b.size(); });
-  return pieces;
+  std::vector<std::vector<int>> dealt(pieces.size());
+  for (size_t i = 0; i < pieces.size(); ++i) {
+    dealt[i % 2 ? pieces.size() - 1 - i / 2 : i / 2] = std::move(pieces[i]);
+  }
+  return dealt;
 }
 
 }  // namespace

@@ -73,11 +73,21 @@ void forget_fringes(Burst* burst) {
   burst->right_front_lit.release();
 }
 
-// Rerendering looks at evenly lit skin alone.
-void forget_patterns(Burst* burst) {
+void forget_gradients(Burst* burst) {
   for (AnalyserPair& gradient : burst->gradient) gradient = {};
+}
+
+void forget_patterns(Burst* burst) {
   for (Image3& image : burst->stripes) image.release();
   burst->dots.release();
+}
+
+// Nothing is known of what has no label, and what is constant takes as long to compress as what is
+// not: the maps end where the labels do. `camera`: what they are in now.
+void leave_out_unlabelled(const PixelWindow& camera, LayerMaps* maps) {
+  const cv::Rect area = bounds_of(maps->regions > 0);
+  *maps = part_of(*maps, area);
+  maps->window = PixelWindow{camera.whole, area + camera.area.tl()};
 }
 
 // What the skin's layers are fitted from.
@@ -139,6 +149,7 @@ void run_steps(Step until, LayerUse use, Burst* burst, Course* course, LayeredFi
       timed(course, "regions", [&] { return settle_regions(geometry, normals, burst); });
       report_regions(*burst, fit);
     }
+    forget_gradients(burst);
     const Skin skin = fit_skin(until, use, {*burst, geometry, normals}, course);
     forget_patterns(burst);
     report_skin(until, skin, fit);
@@ -192,7 +203,7 @@ LayeredFit fit_layers(const Session& session, Step until, LayerUse use, const Qu
     });
   }
   settle_confidence(&fit.maps);
-  fit.maps.window = subject.session.window("left");
+  leave_out_unlabelled(subject.session.window("left"), &fit.maps);
   return fit;
 }
 

@@ -26,21 +26,6 @@ Image1 block_means(const Image3& image) {
   return means;
 }
 
-// Around all that is not 0; empty where nothing is.
-cv::Rect bounds_of(const Mask& mask) {
-  cv::Rect bounds;
-  for (int y = 0; y < mask.rows; ++y) {
-    const uchar* row = mask[y];
-    const uchar* end = row + mask.cols;
-    const uchar* first = std::find_if(row, end, [](uchar v) { return v != 0; });
-    if (first == end) continue;
-    int last = mask.cols - 1;
-    while (!row[last]) --last;
-    bounds |= cv::Rect(int(first - row), y, last - int(first - row) + 1, 1);
-  }
-  return bounds;
-}
-
 cv::Rect widened(const cv::Rect& area, cv::Size size) {
   const int left = std::max(0, area.x - kMargin_px) / kGrid_px * kGrid_px;
   const int top = std::max(0, area.y - kMargin_px) / kGrid_px * kGrid_px;
@@ -73,6 +58,20 @@ std::vector<const Frame*> front_frames(const Session& session) {
 }
 
 }  // namespace
+
+cv::Rect bounds_of(const Mask& mask) {
+  cv::Rect bounds;
+  for (int y = 0; y < mask.rows; ++y) {
+    const uchar* row = mask[y];
+    const uchar* end = row + mask.cols;
+    const uchar* first = std::find_if(row, end, [](uchar v) { return v != 0; });
+    if (first == end) continue;
+    int last = mask.cols - 1;
+    while (!row[last]) --last;
+    bounds |= cv::Rect(int(first - row), y, last - int(first - row) + 1, 1);
+  }
+  return bounds;
+}
 
 cv::Rect lit_area(const Image3& image) {
   const cv::Rect all({0, 0}, image.size());

@@ -11,6 +11,9 @@ namespace lamella::fit {
 // Corners lie on multiples of 16 pixels, or on the image's own edge.
 cv::Rect lit_area(const Image3& image);
 
+// Around all pixels that are not 0; empty where there are none.
+cv::Rect bounds_of(const Mask& mask);
+
 struct SubjectBurst {
   Session session;     // its cameras have no other pixels than those of the subject
   Photographs fronts;  // what was read on the way; by frames of `session`

@@ -151,6 +151,20 @@ std::vector<std::pair<std::string, cv::Mat>> named_maps(const LayerMaps& maps) {
   return named;
 }
 
+LayerMaps part_of(const LayerMaps& maps, const cv::Rect& area) {
+  LayerMaps part = maps;
+  const auto cut = [&](auto& map) {
+    if (!map.empty()) map = map(area);
+  };
+  for (const Map3& m : kMaps3) cut(part.*m.member);
+  for (Image3& normal : part.normal_diffuse) cut(normal);
+  cut(part.specular_intensity);
+  cut(part.regions);
+  for (auto& [name, map] : part.confidence) cut(map);
+  for (auto& [name, map] : part.stddev) cut(map);
+  return part;
+}
+
 LayerMaps read_layer_maps(const fs::path& folder) {
   if (!fs::is_directory(folder)) throw_bad_input(folder.string(), "no such folder");
   LayerMaps maps;

@@ -35,6 +35,9 @@ struct LayerMaps {
 // Each map by the name of its file, empty ones too; `normal_diffuse` thrice, a channel each.
 std::vector<std::pair<std::string, cv::Mat>> named_maps(const LayerMaps& maps);
 
+// What lies in `area` of every map; the pixels are shared.
+LayerMaps part_of(const LayerMaps& maps, const cv::Rect& area);
+
 // Reads a folder of maps. A map that is not there stays empty; `position`, `normal_specular` and
 // `regions.png` must be there. Throws Error.
 LayerMaps read_layer_maps(const fs::path& folder);
