@@ -4,6 +4,9 @@ namespace lamella {
 
 namespace {
 
+constexpr int kMostRounds = 20;
+constexpr double kSettled = 1e-12;  // of the focal length
+
 cv::Vec2d distort(const std::array<double, 5>& k, double x, double y) {
   const double r2 = x * x + y * y;
   const double radial = 1 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]));
@@ -13,10 +16,11 @@ cv::Vec2d distort(const std::array<double, 5>& k, double x, double y) {
 
 cv::Vec2d undistort(const std::array<double, 5>& k, double xd, double yd) {
   double x = xd, y = yd;
-  for (int i = 0; i < 20; ++i) {
-    const cv::Vec2d d = distort(k, x, y);
-    x += xd - d[0];
-    y += yd - d[1];
+  for (int i = 0; i < kMostRounds; ++i) {
+    const cv::Vec2d off = cv::Vec2d(xd, yd) - distort(k, x, y);
+    x += off[0];
+    y += off[1];
+    if (std::abs(off[0]) + std::abs(off[1]) < kSettled) break;
   }
   return {x, y};
 }

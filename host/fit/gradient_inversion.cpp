@@ -74,6 +74,12 @@ LaneVec3 lambertian_mean_direction(const LedsFrom& leds, int channel, const Lane
   return sum;
 }
 
+LaneVec3 newton_step(const LaneVec3& normal, const LaneVec3& wanted, const LaneVec3& is) {
+  LaneVec3 moved = normal;
+  for (size_t a = 0; a < 3; ++a) moved[a] += kNewtonStep * (wanted[a] - is[a]);
+  return moved;
+}
+
 LaneNormals invert_mean_direction(const LedsFrom& leds, int channel, const LaneVec3& mean_direction,
                                   const LaneVec3& guess) {
   LaneNormals n{guess, {}};

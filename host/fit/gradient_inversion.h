@@ -58,7 +58,10 @@ struct LaneNormals {
 LaneNormals invert_mean_direction(const LedsFrom& leds, int channel, const LaneVec3& mean_direction,
                                   const LaneVec3& guess);
 
-// The same for one normal, eight LEDs at a time.
+// Not normalised: where the normals go whose mean direction is `wanted` instead of `is`.
+LaneVec3 newton_step(const LaneVec3& normal, const LaneVec3& wanted, const LaneVec3& is);
+
+// m and its inversion for one normal, eight LEDs at a time.
 Vec3 lambertian_mean_direction(const LedsFrom& leds, int channel, const Vec3& normal);
 Vec3 invert_mean_direction(const LedsFrom& leds, int channel, const Vec3& mean_direction,
                            const Vec3& guess);

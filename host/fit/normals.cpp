@@ -84,15 +84,23 @@ Octet gather(const DiffuseField& field, int y, int x0, int x1) {
   return octet;
 }
 
-void invert_octet(const DiffuseField& field, const LedsFrom& leds, int y, int x0, Normals* n) {
-  const int x1 = std::min(x0 + kLanes, field.position_mm.cols);
+// Mean directions and the normals that they were inverted to, of one channel; zero at first.
+struct Inverted {
+  LaneVec3 mean_direction{}, normal{};
+};
+
+// `above`: the row before, whose normals are nearly these. A step from them is a Newton step.
+void invert_octet(const DiffuseField& field, const LedsFrom& leds, const cv::Point& first,
+                  std::array<Inverted, 3>* above, Normals* n) {
+  const int y = first.y, x0 = first.x, x1 = std::min(x0 + kLanes, field.position_mm.cols);
   const Octet octet = gather(field, y, x0, x1);
   Lanes mismatch{};
-  LaneVec3 guess{};
   for (int c = 0; c < 3; ++c) {
+    Inverted& before = (*above)[size_t(c)];
     const LaneVec3& m = octet.mean_direction[size_t(c)];
-    const LaneNormals lanes = invert_mean_direction(leds, c, m, c == 0 ? m : guess);
-    guess = lanes.normal;
+    const LaneVec3 guess = newton_step(before.normal, m, before.mean_direction);
+    const LaneNormals lanes = invert_mean_direction(leds, c, m, guess);
+    before = {m, lanes.normal};
     mismatch += lanes.mismatch * (1.f / 3);
     for (int x = x0; x < x1; ++x) {
       if (!is_finite(field.position_mm(y, x))) continue;
@@ -132,7 +140,10 @@ void invert_pixels(const DiffuseField& field, Normals* n) {
       const Vec3 at = middle(field.position_mm(cell));
       if (!is_finite(at)) continue;
       const LedsFrom leds(field.stage, at);
-      for (int y = cell.y; y < cell.y + cell.height; ++y) invert_octet(field, leds, y, x0, n);
+      std::array<Inverted, 3> above;
+      for (int y = cell.y; y < cell.y + cell.height; ++y) {
+        invert_octet(field, leds, {x0, y}, &above, n);
+      }
     }
   });
 }

@@ -10,7 +10,9 @@ namespace lamella::fit {
 
 namespace {
 
-constexpr int kRounds = 3;
+constexpr int kMostRounds = 4;
+constexpr double kSettledMm = 5e-4;
+constexpr double kLeastSlope = 0.1;    // px per mm: below it a column says little of the distance
 constexpr double kSeenThroughMm = 3;   // what the right camera sees behind a point denies it
 constexpr double kDisagreementMm = 1;  // beyond the noise, between the pair and the projector
 constexpr double kDoubt = 0.2;         // share of the disagreement that stays in the answer
@@ -44,24 +46,34 @@ double sigma_alone_mm(const DepthMap& depth, int y, int x) {
   return cv::norm(cv::Vec2d(depth.sigma_mm(y, x), depth.bias_mm(y, x)));
 }
 
+// How fast the right image's column at a point changes as it moves along the left ray, per mm.
+double column_slope(const DepthMap& right, const Sighting& s) {
+  const double px_per_mm = cv::norm(s.px_per_mm);
+  const cv::Vec2d step = s.px_per_mm * (1 / px_per_mm);
+  return (sample(right, s.pixel + step).u_px - sample(right, s.pixel - step).u_px) * 0.5 *
+         px_per_mm;
+}
+
+// Newton's method for the distance at which both cameras see the same column, with the slope where
+// it starts: it hardly changes on the way.
 Match match(const Ray& ray, double start_mm, double u_px, const Camera& camera,
             const DepthMap& right) {
   const Vec3d centre = camera.centre_mm();
   Match m;
   m.distance_mm = start_mm;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kMostRounds; ++round) {
     const Vec3d point = ray.at(m.distance_mm);
-    const Sighting s = sight(camera, point, ray.direction);
+    const Sighting s =
+        round == 0 ? sight(camera, point, ray.direction) : Sighting{camera.project(point), {}};
     const DepthSample here = sample(right, s.pixel);
     const double behind_mm = here.distance_mm - cv::norm(point - centre);
     if (round == 0 && behind_mm > kSeenThroughMm) m.verdict = Match::kDenied;
     if (!(std::abs(behind_mm) < kSeenThroughMm)) return m;
-    const cv::Vec2d step = s.px_per_mm * (1 / cv::norm(s.px_per_mm));
-    const double slope = (sample(right, s.pixel + step).u_px - sample(right, s.pixel - step).u_px) *
-                         0.5 * cv::norm(s.px_per_mm);
-    if (!(std::abs(slope) > 0.1)) return m;
-    m.u_px_per_mm = slope;
-    m.distance_mm -= (here.u_px - u_px) / slope;
+    if (round == 0) m.u_px_per_mm = column_slope(right, s);
+    if (!(std::abs(m.u_px_per_mm) > kLeastSlope)) return m;
+    const double off_mm = (here.u_px - u_px) / m.u_px_per_mm;
+    m.distance_mm -= off_mm;
+    if (std::abs(off_mm) < kSettledMm) break;
   }
   m.verdict = std::isnan(m.distance_mm) ? Match::kNone : Match::kFound;
   return m;

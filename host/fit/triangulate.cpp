@@ -5,6 +5,7 @@ namespace lamella::fit {
 namespace {
 
 constexpr int kDistortionRounds = 6;
+constexpr double kSettledPx = 1e-5;
 constexpr double kStepMm = 0.05;
 
 double distance_to_undistorted_column(const Ray& ray, const Camera& projector, double u_px) {
@@ -26,7 +27,9 @@ double distance_to_column(const Ray& ray, const Camera& projector, double u_px) 
   // A distorted sheet is not flat: aim at the flat one that passes through the same point.
   double aim = u_px;
   for (int i = 0; i < kDistortionRounds; ++i) {
-    aim += u_px - projector.project(ray.at(distance))[0];
+    const double off_px = u_px - projector.project(ray.at(distance))[0];
+    if (std::abs(off_px) < kSettledPx) break;
+    aim += off_px;
     distance = distance_to_undistorted_column(ray, projector, aim);
   }
   return distance;
