@@ -68,11 +68,14 @@ struct ResponseMaker {
       for (int y = cell_row * step; y < std::min(size.height, (cell_row + 1) * step); ++y) {
         for (int x = x0; x < std::min(size.width, x0 + step); ++x) {
           if (!burst.regions(y, x) || !is_finite(geometry.position_mm(y, x))) continue;
-          if (!is_finite(normals.specular(y, x))) continue;
-          if (!entered)
-            field.enter_cell(y, x, geometry.position_mm(y, x), geometry.to_camera(y, x), &cell);
+          const Vec3 n = normals.specular(y, x);
+          if (!is_finite(n)) continue;
+          if (!entered) {
+            field.enter_cell(y, x, {geometry.position_mm(y, x), n, geometry.to_camera(y, x)},
+                             &cell);
+          }
           entered = true;
-          field.enter_pixel(y, x, &cell);
+          field.enter_pixel(y, x, n, &cell);
           pixel(y, x, cell);
         }
       }

@@ -2,52 +2,86 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 #include "model/single_scattering.h"
 #include "model/torrance_sparrow.h"
 
 namespace lamella::fit {
 
-LedField::LedField(const LightStage& stage, const LightVisibility& visibility)
-    : stage_(stage), visibility_(visibility), order_(stage.leds().size()) {
-  std::iota(order_.begin(), order_.end(), size_t(0));
-  std::sort(order_.begin(), order_.end(), [&](size_t a, size_t b) {
-    return stage.leds()[a].direction[2] > stage.leds()[b].direction[2];
-  });
+namespace {
+
+constexpr int kFacingBins = 64;
+
+// LEDs by the cosine between them and `normal`, falling: an upper bound of it, to a 32nd, and the
+// LED's number. Counted into bins, as to sort them for every cell takes as long as it saves.
+std::vector<std::pair<float, size_t>> by_facing(const std::vector<Vec3>& direction,
+                                                const Vec3& normal) {
+  std::vector<int> bin(direction.size());
+  std::array<size_t, kFacingBins + 1> begin{};
+  for (size_t i = 0; i < bin.size(); ++i) {
+    const float away = 0.5f * (1.f - dot(direction[i], normal));
+    bin[i] = std::clamp(int(away * kFacingBins), 0, kFacingBins - 1);
+    ++begin[size_t(bin[i]) + 1];
+  }
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  std::vector<std::pair<float, size_t>> order(bin.size());
+  for (size_t i = 0; i < bin.size(); ++i) {
+    order[begin[size_t(bin[i])]++] = {1.f - 2.f * float(bin[i]) / kFacingBins, i};
+  }
+  return order;
 }
 
-void LedField::enter_cell(int y, int x, const Vec3& position_mm, const Vec3& to_camera,
-                          LedCell* cell) const {
+void set_led(const Vec3& direction, const Vec3& to_camera, size_t i, LedCell* cell) {
+  cell->x[i] = direction[0];
+  cell->y[i] = direction[1];
+  cell->z[i] = direction[2];
+  cell->l_v[i] = dot(direction, to_camera);
+  const float v_h = std::sqrt(std::max(1e-6f, 0.5f + 0.5f * cell->l_v[i]));
+  cell->per_v_h[i] = 1.f / v_h;
+  cell->fresnel[i] = model::fresnel_reflectance(v_h);
+}
+
+}  // namespace
+
+void LedField::enter_cell(int y, int x, const SurfacePoint& point, LedCell* cell) const {
   const LightVisibility::Corners corners = visibility_.corners(y, x);
-  const size_t count = order_.size();
+  const size_t count = stage_.leds().size();
   const size_t padded = (count + LedCell::kLanes - 1) / LedCell::kLanes * LedCell::kLanes;
   for (auto* values : {&cell->x, &cell->y, &cell->z, &cell->radiance, &cell->share[0],
                        &cell->share[1], &cell->share[2], &cell->share[3], &cell->l_v,
                        &cell->per_v_h, &cell->fresnel, &cell->reached}) {
     values->assign(padded, 0.f);
   }
+  std::vector<Vec3> direction(count);
+  for (size_t led = 0; led < count; ++led) {
+    direction[led] = stage_.direction_from(led, point.position_mm);
+  }
+  const auto order = by_facing(direction, point.normal);
+  cell->normal = point.normal;
+  cell->facing.resize(count);
   for (size_t i = 0; i < padded; ++i) {
-    const size_t led = order_[std::min(i, count - 1)];
-    const Vec3 direction = stage_.direction_from(led, position_mm);
-    cell->x[i] = direction[0];
-    cell->y[i] = direction[1];
-    cell->z[i] = direction[2];
-    cell->l_v[i] = dot(direction, to_camera);
-    const float v_h = std::sqrt(std::max(1e-6f, 0.5f + 0.5f * cell->l_v[i]));
-    cell->per_v_h[i] = 1.f / v_h;
-    cell->fresnel[i] = model::fresnel_reflectance(v_h);
+    const auto [facing, led] = order[std::min(i, count - 1)];
+    set_led(direction[led], point.to_camera, i, cell);
     if (i >= count) continue;
-    cell->radiance[i] = mean(stage_.irradiance(led, position_mm));
+    cell->facing[i] = facing;
+    cell->radiance[i] = mean(stage_.irradiance(led, point.position_mm));
     for (size_t k = 0; k < 4; ++k) cell->share[k][i] = float(corners.node[k][led]);
   }
 }
 
-void LedField::enter_pixel(int y, int x, LedCell* cell) const {
+void LedField::enter_pixel(int y, int x, const Vec3& n, LedCell* cell) const {
+  // n.l is at most |n - n'| more than n'.l: behind these no light is above the horizon.
+  const float least = kLedHorizon - length(n - cell->normal);
+  const auto end = std::partition_point(cell->facing.begin(), cell->facing.end(),
+                                        [&](float facing) { return facing > least; });
+  const auto above = size_t(end - cell->facing.begin());
+  cell->used = (above + LedCell::kLanes - 1) / LedCell::kLanes * LedCell::kLanes;
   const LightVisibility::Corners corners = visibility_.corners(y, x);
   const float* share[4] = {cell->share[0].data(), cell->share[1].data(), cell->share[2].data(),
                            cell->share[3].data()};
   const float* w = corners.weight;
-  for (size_t i = 0; i < cell->reached.size(); ++i) {
+  for (size_t i = 0; i < cell->used; ++i) {
     cell->reached[i] = cell->radiance[i] * (w[0] * share[0][i] + w[1] * share[1][i] +
                                             w[2] * share[2][i] + w[3] * share[3][i]);
   }
@@ -83,7 +117,7 @@ LedResponse led_response(const LedCell& cell, const SkinModel& skin, const Vec3&
   if (n_v < kLedHorizon) return {};
   const float v_inside = model::refracted_cosine(n_v);
   CellLanes lobe{}, single{}, reached{}, open{};
-  for (size_t i = 0; i < cell.reached.size(); i += kCellLanes) {
+  for (size_t i = 0; i < cell.used; i += kCellLanes) {
     CellLanes n_l, n_h, surface, inside, p, rho;
     float any = 0;
     for (size_t k = 0; k < kCellLanes; ++k) {

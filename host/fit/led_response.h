@@ -13,32 +13,40 @@ namespace lamella::fit {
 
 // The LEDs as the surface sees them within one cell of LightVisibility::step_px() pixels squared,
 // as separate arrays, padded with lights of no strength to a whole number of vector registers.
+// Those that the surface faces most come first.
 struct LedCell {
   static constexpr size_t kLanes = 8;
+  Vec3 normal;                              // of one pixel of the cell
+  std::vector<float> facing;                // upper bound of its cosine to the light, falling
   std::vector<float> x, y, z;               // unit, towards the light
   std::vector<float> radiance;              // of white facing it, mean of the channels
   std::array<std::vector<float>, 4> share;  // of it that reaches each corner
   // From light and camera alone, which hardly turn within a cell: l.v, 1/(v.h), Fresnel at v.h.
   std::vector<float> l_v, per_v_h, fresnel;
-  std::vector<float> reached;  // radiance x share at the pixel entered last
+  // At the pixel entered last: radiance x share, of as many lights as may be above its horizon.
+  std::vector<float> reached;
+  size_t used = 0;
+};
+
+// A point of the surface, with unit vectors.
+struct SurfacePoint {
+  Vec3 position_mm, normal, to_camera;
 };
 
 class LedField {
  public:
-  LedField(const LightStage& stage, const LightVisibility& visibility);
+  LedField(const LightStage& stage, const LightVisibility& visibility)
+      : stage_(stage), visibility_(visibility) {}
 
-  // The cell that pixel (x, y) is in, seen from it along `to_camera`.
-  void enter_cell(int y, int x, const Vec3& position_mm, const Vec3& to_camera,
-                  LedCell* cell) const;
+  // The cell that pixel (x, y) is in, as it is seen there.
+  void enter_cell(int y, int x, const SurfacePoint& point, LedCell* cell) const;
 
-  // What reaches a pixel of that cell.
-  void enter_pixel(int y, int x, LedCell* cell) const;
+  // What reaches a pixel of that cell whose normal is `n`.
+  void enter_pixel(int y, int x, const Vec3& n, LedCell* cell) const;
 
  private:
   const LightStage& stage_;
   const LightVisibility& visibility_;
-  // From the cameras' side to the far one: LEDs below a surface's horizon are neighbours.
-  std::vector<size_t> order_;
 };
 
 struct LedResponse {
@@ -54,7 +62,8 @@ struct SkinModel {
   float g = 0.65f;
 };
 
-// At the pixel that `cell` entered last. `n`, `v` unit; 0 where the camera is below the surface.
+// At the pixel that `cell` entered last, with the same `n`. `n`, `v` unit; 0 where the camera is
+// below the surface.
 LedResponse led_response(const LedCell& cell, const SkinModel& skin, const Vec3& n, const Vec3& v);
 
 // LEDs lower than this above the surface are left out: eq. 1 has no limit at the horizon.

@@ -58,7 +58,7 @@ struct Sampler {
     if (led.share < kMinVisible) return false;
     s->led_single = led.single;
     const float n_v = dot(n, v);
-    for (size_t i = 0; i < cell.reached.size(); ++i) {
+    for (size_t i = 0; i < cell.used; ++i) {
       const Vec3 l(cell.x[i], cell.y[i], cell.z[i]);
       const float n_l = dot(n, l);
       if (n_l <= kLedHorizon || cell.reached[i] <= 0) continue;
@@ -111,10 +111,13 @@ struct Sampler {
         for (int x = x0; x < std::min(size.width, x0 + step); ++x) {
           const int label = burst.regions(y, x);
           if (label == 0 || !taken(y, x, share[size_t(label - 1)]) || !usable(y, x)) continue;
-          if (!entered)
-            field.enter_cell(y, x, geometry.position_mm(y, x), geometry.to_camera(y, x), &cell);
+          const Vec3 n = normals.specular(y, x);
+          if (!entered) {
+            field.enter_cell(y, x, {geometry.position_mm(y, x), n, geometry.to_camera(y, x)},
+                             &cell);
+          }
           entered = true;
-          field.enter_pixel(y, x, &cell);
+          field.enter_pixel(y, x, n, &cell);
           LobeSample s;
           s.pixel = {x, y};
           s.region = uint8_t(label - 1);

@@ -124,8 +124,8 @@ TEST(FloatWidth, OfTheResponseToTheLeds) {
     const Vec3 v = unit(Vec3(0.1f, 0.2f, 1));
     if (dot(n, v) < 0.1f) continue;
     LedCell cell;
-    field.enter_cell(32, 32, {0, 0, 0}, v, &cell);
-    field.enter_pixel(32, 32, &cell);
+    field.enter_cell(32, 32, {{0, 0, 0}, n, v}, &cell);
+    field.enter_pixel(32, 32, n, &cell);
     double exact_lobes = 0, exact_singles = 0;
     for (size_t i = 0; i < cell.reached.size(); ++i) {
       const Vec3 l(cell.x[i], cell.y[i], cell.z[i]);

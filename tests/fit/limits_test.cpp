@@ -86,6 +86,7 @@ LedResponse response_of(const Vec3& n, const Vec3& v, float g, float reached) {
   cell.fresnel.assign(LedCell::kLanes, 0.03f);
   cell.radiance[0] = 1;
   cell.reached[0] = reached;
+  cell.used = LedCell::kLanes;
   return led_response(cell, {gaussian_lobe(0.3), model::TransmittanceTable(), g}, n, v);
 }
 

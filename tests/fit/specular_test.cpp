@@ -138,11 +138,7 @@ TEST(LedResponse, IsTheSumOfEquations1And3OverTheLeds) {
   const LightVisibility visibility(position, to_camera, stage, {0, 0, 1000});
   const LedField field(stage, visibility);
   const Vec3 n = unit(Vec3(0.2f, 0.1f, 1.f)), v = unit(Vec3(0.1f, 0.f, 1.f));
-  LedCell cell;
-  field.enter_cell(33, 35, position(33, 35), v, &cell);
-  field.enter_pixel(33, 35, &cell);
   const SkinModel skin{gaussian_lobe(0.3), model::TransmittanceTable(), 0.65f};
-  const LedResponse response = led_response(cell, skin, n, v);
   double lobe = 0, single = 0;
   for (size_t i = 0; i < stage.leds().size(); ++i) {
     const Vec3 l = stage.leds()[i].direction;
@@ -151,8 +147,15 @@ TEST(LedResponse, IsTheSumOfEquations1And3OverTheLeds) {
     lobe += double(light * model::torrance_sparrow(skin.lobe, n, l, v));
     single += double(light * model::single_scattering(skin.transmittance, skin.g, n, l, v));
   }
-  EXPECT_NEAR(response.lobe, lobe, 0.02 * lobe);
-  EXPECT_NEAR(response.single, single, 0.02 * single);
+  // Whatever the pixel that its cell was entered by faces.
+  for (const Vec3& first : {n, unit(Vec3(-0.7f, 0.3f, 1)), unit(Vec3(1, 1, 0.2f))}) {
+    LedCell cell;
+    field.enter_cell(33, 35, {position(33, 35), first, v}, &cell);
+    field.enter_pixel(33, 35, n, &cell);
+    const LedResponse response = led_response(cell, skin, n, v);
+    EXPECT_NEAR(response.lobe, lobe, 0.02 * lobe);
+    EXPECT_NEAR(response.single, single, 0.02 * single);
+  }
 }
 
 TEST(LightVisibility, AWallHidesTheLightsBehindItAndNoOthers) {
