@@ -10,7 +10,9 @@
 #include "base/progress.h"
 #include "calib/photographs.h"
 #include "fit/dot_measure.h"
+#include "fit/exponential_mixture.h"
 #include "fit/layer_profile.h"
+#include "fit/layered_kernel.h"
 #include "io/json.h"
 #include "io/layer_maps.h"
 #include "io/whole_file.h"
@@ -87,7 +89,7 @@ v1::Layers layers_of_lengths(const std::vector<std::string>& regions,
 // A program for every region with dots, red, green and blue.
 struct PeerBench::Profiles {
   std::vector<std::string> regions;
-  std::vector<fit::KernelProgram> programs;
+  std::vector<fit::MixtureProgram> programs;
   std::vector<double> ld_mm;  // by our own solvers
 
   explicit Profiles(const Session& session) {
@@ -95,14 +97,15 @@ struct PeerBench::Profiles {
     fit::Geometry geometry = fit::reconstruct_geometry(burst);
     const fit::Normals normals = fit::estimate_normals(burst, &geometry);
     const std::vector<fit::Dot> dots = fit::measure_dots(burst, geometry, normals);
+    const cv::Mat1d exponentials =
+        fit::blurred_exponentials(fit::footprint_mm(session.left, session.projector));
     for (size_t label = 1; label < burst.region_names.size(); ++label) {
       const fit::RegionEquations own = fit::equations_of_region(dots, int(label));
       if (own[0].empty() || own[1].empty() || own[2].empty()) continue;
       for (const auto& of_channel : own) {
-        fit::KernelEquations all;
-        for (const fit::KernelEquations* dot : of_channel) all += *dot;
         regions.push_back(burst.region_names[label]);
-        programs.push_back(fit::kernel_program(all, fit::kOffsetSigma, fit::kTailRidge));
+        programs.push_back(fit::mixture_program(fit::sum_of(of_channel), fit::kOffsetSigma,
+                                                exponentials, fit::kTailSmoothness));
       }
     }
   }
@@ -111,29 +114,25 @@ struct PeerBench::Profiles {
   double solve() {
     const Stopwatch watch;
     ld_mm.clear();
-    for (const fit::KernelProgram& program : programs) {
-      const fit::WeightEquations::Vector x = fit::solve_program(program);
-      fit::GaussianBasis::Weights weights;
-      for (size_t j = 0; j < weights.size(); ++j) weights[j] = x(long(j)) / x.sum();
-      ld_mm.push_back(fit::fit_deep_profile(weights).ld_mm);
+    for (const fit::MixtureProgram& program : programs) {
+      ld_mm.push_back(fit::fit_deep_profile(fit::solve_program(program), {}).ld_mm);
     }
     return watch.seconds();
   }
 
   void write(const fs::path& file) const {
-    Json document{{"variance_mm2", Json::array()}, {"programs", Json::array()}};
-    constexpr double kBlur = fit::GaussianBasis::kFootprint_mm;
-    for (int j = 0; j < fit::GaussianBasis::kSize; ++j) {
-      const double sigma = fit::GaussianBasis::sigma_mm(j);
-      document["variance_mm2"].push_back(sigma * sigma - kBlur * kBlur);
+    constexpr int kSize = fit::ExponentialMixture::kSize;
+    Json document{{"length_mm", Json::array()}, {"programs", Json::array()}};
+    for (int k = 0; k < kSize; ++k) {
+      document["length_mm"].push_back(fit::ExponentialMixture::length_mm(k));
     }
     for (size_t i = 0; i < programs.size(); ++i) {
-      Json a = Json::array(), b = Json::array();
-      for (int j = 0; j < fit::GaussianBasis::kSize; ++j) {
-        b.push_back(programs[i].b(j));
-        a.push_back(std::vector<double>(programs[i].a.row(j).begin(), programs[i].a.row(j).end()));
-      }
-      document["programs"].push_back({{"region", printable(regions[i])}, {"a", a}, {"b", b}});
+      const auto& [a, b] = programs[i];
+      Json rows = Json::array();
+      for (int k = 0; k < kSize; ++k) rows.push_back(std::vector<double>(a[k], a[k] + kSize));
+      document["programs"].push_back({{"region", printable(regions[i])},
+                                      {"a", rows},
+                                      {"b", std::vector<double>(b.begin(), b.end())}});
     }
     write_whole_text(file, document.dump());
   }

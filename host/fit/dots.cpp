@@ -3,6 +3,7 @@
 
 #include "base/parallel.h"
 #include "fit/dot_measure.h"
+#include "fit/exponential_mixture.h"
 #include "fit/jackknife.h"
 #include "fit/layer_profile.h"
 #include "fit/layered_kernel.h"
@@ -15,23 +16,49 @@ namespace lamella::fit {
 namespace {
 
 constexpr int kJackknifeGroups = 8;
-// Of how far a pull a hundred times as stiff moves l_d: what the pull itself does to it, by twins.
-constexpr double kPullShare = 1.0 / 3;
-constexpr double kBlend_mm = 3;  // l_d goes from one region's to the next's over this
+// Of how far ten times the smoothness moves l_d: what the smoothness itself does to it, by twins.
+constexpr double kSmoothShare = 1.0 / 3;
+// The dipole nearest to a layered skin follows from the shape of its kernel no closer than that: of
+// the exact kernels of simulated skins, root mean square.
+constexpr double kNearestDipoleError = 0.04;
+// 1/sigma_t' of dermis in red, green and blue (about 610, 540 and 465 nm): 2 to 4 per mm in the
+// literature, falling with the wavelength to the power of 1.4 (S. L. Jacques, "Optical properties
+// of biological tissues: a review", 2013).
+constexpr std::array<double, 3> kDermisTransport_mm{0.38, 0.32, 0.26};
+constexpr double kBlurDoubt = 0.15;  // one sigma, relative, of what the kernels agree on
+constexpr double kBlend_mm = 3;      // l_d goes from one region's to the next's over this
 constexpr float kHighestReflectance = 0.97f;
 
-// Leaving out one group of dots after the other.
-double ld_jackknife_mm(const std::vector<const KernelEquations*>& dots,
-                       const KernelEquations& all) {
+// What camera and projector blur.
+struct PatternBlur {
+  double expected_mm = 0;  // by their pixels
+  cv::Mat1d agreed,
+      doubted;  // blurred exponentials: by what all kernels agree on, by one sigma more
+};
+
+// Kernels of a channel: of all its dots, and what they might as well be.
+struct ChannelKernels {
+  ExponentialMixture all, stiff, more_blurred;
+  std::vector<ExponentialMixture> without_group;  // of dots, one after the other
+};
+
+ChannelKernels channel_kernels(const std::vector<const KernelEquations*>& dots,
+                               const PatternBlur& blur) {
+  const auto solve = [&](const KernelEquations& equations, double smoothness) {
+    return solve_mixture(equations, kOffsetSigma, blur.agreed, smoothness);
+  };
+  const KernelEquations all = sum_of(dots);
+  ChannelKernels kernels{solve(all, kTailSmoothness),
+                         solve(all, kStiffSmoothness),
+                         solve_mixture(all, kOffsetSigma, blur.doubted, kTailSmoothness),
+                         {}};
   const int groups = std::min(kJackknifeGroups, int(dots.size()));
-  if (groups < 2) return 0;
-  std::vector<double> ld_mm;
-  for (int g = 0; g < groups; ++g) {
+  for (int g = 0; groups > 1 && g < groups; ++g) {
     KernelEquations rest = all;
     for (size_t i = size_t(g); i < dots.size(); i += size_t(groups)) rest += dots[i]->scaled(-1);
-    ld_mm.push_back(fit_deep_profile(solve_kernel(rest, kOffsetSigma, kTailRidge).weight).ld_mm);
+    kernels.without_group.push_back(solve(rest, kTailSmoothness));
   }
-  return jackknife_stddev(ld_mm);
+  return kernels;
 }
 
 // Medians over a region.
@@ -62,47 +89,87 @@ void add_bound(const std::string& at_bound, size_t channel, std::string* why, Do
   *doubt = Doubt::kAtBound;
 }
 
+// What is known of a channel before its kernel is looked at.
+struct KnownSkin {
+  SkinPrior prior;
+  ShallowLight shallow;
+  double thickness_mm;
+};
+
+struct ChannelProfile {
+  DeepProfile deep;
+  LayeredProfile layers;
+};
+
+ChannelProfile fit_profile(const ExponentialMixture& kernel, const KnownSkin& known) {
+  const DeepProfile deep = fit_deep_profile(kernel, known.prior);
+  return {deep, fit_layered_profile(kernel, deep, known.shallow, known.thickness_mm)};
+}
+
+ChannelProfile refine_profile(const ExponentialMixture& kernel, const KnownSkin& known,
+                              const LayeredProfile& near) {
+  const DeepProfile deep = fit_deep_profile(kernel, known.prior);
+  return {deep, refine_layered_profile(kernel, deep, known.shallow, known.thickness_mm, near)};
+}
+
 // The profile's own deviations say how far rings may be wrong at one place; how far dots differ on
-// which place that is, profiles without a part of them say.
-void widen_by_dots(const std::vector<LayeredKernel>& without_part, const DeepProfile& deep,
-                   const ShallowLight& shallow, LayeredProfile* profile) {
-  std::vector<double> alpha_dot, shallow_alpha, shallow_ld_mm;
-  for (const LayeredKernel& kernel : without_part) {
-    const LayeredProfile rest =
-        refine_layered_profile(kernel, deep, shallow, kernel.thickness_mm, *profile);
-    alpha_dot.push_back(rest.alpha_dot);
-    shallow_alpha.push_back(rest.shallow_alpha);
-    shallow_ld_mm.push_back(rest.shallow_ld_mm);
+// which place that is, profiles without a group of them say.
+void widen_by_dots(const ChannelKernels& kernels, const KnownSkin& known, ChannelProfile* profile) {
+  std::vector<double> ld_mm, alpha_dot, shallow_alpha, shallow_ld_mm;
+  for (const ExponentialMixture& kernel : kernels.without_group) {
+    const auto [deep, layers] = refine_profile(kernel, known, profile->layers);
+    ld_mm.push_back(deep.ld_mm);
+    alpha_dot.push_back(layers.alpha_dot);
+    shallow_alpha.push_back(layers.shallow_alpha);
+    shallow_ld_mm.push_back(layers.shallow_ld_mm);
   }
   LayeredProfile deviations;
   deviations.alpha_dot = jackknife_stddev(alpha_dot);
   deviations.shallow_alpha = jackknife_stddev(shallow_alpha);
   deviations.shallow_ld_mm = jackknife_stddev(shallow_ld_mm);
-  widen(deviations, profile);
+  widen(deviations, &profile->layers);
+  profile->deep.ld_mm_stddev = std::hypot(profile->deep.ld_mm_stddev, jackknife_stddev(ld_mm));
+}
+
+// What a blur that is not exactly known does to all of them, smoothness to the tail, and what no
+// tail tells.
+void widen_by_doubts(const ChannelKernels& kernels, const KnownSkin& known,
+                     ChannelProfile* profile) {
+  const auto [deep, layers] = refine_profile(kernels.more_blurred, known, profile->layers);
+  LayeredProfile deviations;
+  deviations.alpha_dot = layers.alpha_dot - profile->layers.alpha_dot;
+  deviations.shallow_alpha = layers.shallow_alpha - profile->layers.shallow_alpha;
+  deviations.shallow_ld_mm = layers.shallow_ld_mm - profile->layers.shallow_ld_mm;
+  widen(deviations, &profile->layers);
+  DeepProfile* tail = &profile->deep;
+  const double smoothed_mm = fit_deep_profile(kernels.stiff, known.prior).ld_mm - tail->ld_mm;
+  tail->ld_mm_stddev = std::hypot(std::hypot(tail->ld_mm_stddev, deep.ld_mm - tail->ld_mm),
+                                  kSmoothShare * smoothed_mm, kNearestDipoleError * tail->ld_mm);
+}
+
+LayerContest contest_of(const std::vector<const KernelEquations*>& dots, double ld_mm,
+                        const KnownSkin& known, double footprint_mm) {
+  LayeredKernel given;
+  given.deep_ld_mm = ld_mm;
+  given.shallow_share = known.shallow.share;
+  given.thickness_mm = known.thickness_mm;
+  const LayeredKernel both =
+      fit_layered_kernel(WeightEquations(sum_of(dots), kOffsetSigma), given, footprint_mm);
+  return contest_layers(dots, both, kOffsetSigma, footprint_mm);
 }
 
 LayerContest fit_channel(const std::vector<const KernelEquations*>& dots,
-                         const ShallowLight& shallow, double footprint_mm, size_t c,
+                         const ShallowLight& shallow, const PatternBlur& blur, size_t c,
                          RegionScattering* region) {
-  KernelEquations all;
-  for (const KernelEquations* dot : dots) all += *dot;
-  const Kernel tail = solve_kernel(all, kOffsetSigma, kTailRidge);
-  const DeepProfile deep = fit_deep_profile(tail.weight);
-  LayeredKernel given;
-  given.deep_ld_mm = deep.ld_mm;
-  given.shallow_share = shallow.share;
-  given.thickness_mm = region->thickness_mm;
-  const LayeredKernel kernel =
-      fit_layered_kernel(WeightEquations(all, kOffsetSigma), given, footprint_mm);
-  LayeredProfile layers = fit_layered_profile(kernel, deep, shallow, region->thickness_mm);
-  LayerContest contest = contest_layers(dots, kernel, kOffsetSigma, footprint_mm);
-  widen_by_dots(contest.without_part, deep, shallow, &layers);
+  const ChannelKernels kernels = channel_kernels(dots, blur);
+  const double reflectance = shallow.share > 0 ? shallow.albedo / shallow.share : 0;
+  const KnownSkin known{{kDermisTransport_mm[c], reflectance}, shallow, region->thickness_mm};
+  ChannelProfile profile = fit_profile(kernels.all, known);
+  widen_by_dots(kernels, known, &profile);
+  widen_by_doubts(kernels, known, &profile);
+  const auto& [deep, layers] = profile;
   region->ld_mm[c] = deep.ld_mm;
-  // What the dots leave open is what the pull decides.
-  const double stiff_mm =
-      fit_deep_profile(solve_kernel(all, kOffsetSigma, kStiffRidge).weight).ld_mm;
-  region->ld_mm_stddev[c] = std::hypot(deep.ld_mm_stddev, ld_jackknife_mm(dots, all),
-                                       kPullShare * (deep.ld_mm - stiff_mm));
+  region->ld_mm_stddev[c] = deep.ld_mm_stddev;
   region->deep_rms[c] = layers.deep_rms;
   region->alpha_dot[c] = layers.alpha_dot;
   region->alpha_dot_stddev[c] = layers.alpha_dot_stddev;
@@ -120,7 +187,7 @@ LayerContest fit_channel(const std::vector<const KernelEquations*>& dots,
     region->shallow_why = layers.shallow_why;
     region->shallow_doubt = Doubt::kNone;
   }
-  return contest;
+  return contest_of(dots, deep.ld_mm, known, blur.expected_mm);
 }
 
 // One dipole for all of it: the deep layer is that, and there is no other.
@@ -252,6 +319,19 @@ Image3 alpha_map(const Image3& deep_albedo) {
   return alpha;
 }
 
+PatternBlur pattern_blur(const Session& session, const std::vector<RegionEquations>& regions) {
+  std::vector<KernelEquations> kernels;
+  for (const RegionEquations& region : regions) {
+    for (const auto& dots : region) {
+      if (!dots.empty()) kernels.push_back(sum_of(dots));
+    }
+  }
+  const double expected_mm = footprint_mm(session.left, session.projector);
+  const double blur_mm = shared_blur_mm(kernels, kOffsetSigma, expected_mm);
+  return {expected_mm, blurred_exponentials(blur_mm),
+          blurred_exponentials((1 + kBlurDoubt) * blur_mm)};
+}
+
 }  // namespace
 
 Scattering fit_scattering(const Burst& burst, const Geometry& geometry, const Normals& normals,
@@ -259,17 +339,21 @@ Scattering fit_scattering(const Burst& burst, const Geometry& geometry, const No
   Scattering scattering;
   scattering.regions.resize(burst.region_names.size() - 1);
   const std::vector<Dot> dots = measure_dots(burst, geometry, normals);
-  const double blur_mm = footprint_mm(burst.session->left, burst.session->projector);
+  std::vector<RegionEquations> equations;
+  for (size_t i = 0; i < scattering.regions.size(); ++i) {
+    equations.push_back(equations_of_region(dots, int(i) + 1));
+  }
+  const PatternBlur blur = pattern_blur(*burst.session, equations);
   parallel_for(int(scattering.regions.size()), [&](int i) {
     RegionScattering& region = scattering.regions[size_t(i)];
-    const RegionEquations own = equations_of_region(dots, i + 1);
+    const RegionEquations& own = equations[size_t(i)];
     if (own[0].empty() || own[1].empty() || own[2].empty()) return;
     region.dots = int(own[1].size());
     region.deep_fitted = region.shallow_fitted = true;
     const std::array<ShallowLight, 3> shallow = shallow_light(burst, *separation, i + 1);
     std::array<LayerContest, 3> contests;
     for (size_t c = 0; c < 3; ++c) {
-      contests[c] = fit_channel(own[c], shallow[c], blur_mm, c, &region);
+      contests[c] = fit_channel(own[c], shallow[c], blur, c, &region);
     }
     choose_layers(use, contests, &region);
   });

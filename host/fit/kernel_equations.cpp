@@ -10,7 +10,6 @@ namespace {
 
 constexpr int kSize = GaussianBasis::kSize;
 constexpr double kSumWeight = 1000;   // how much stiffer than the data the sum of 1 is
-constexpr double kSamples = 100;      // what the equations count as: neighbours' errors are alike
 constexpr double kRidgeFloor = 0.02;  // weights move by this against the pull of 1
 constexpr int kLengths = 48;          // exponential kernels to choose from
 constexpr double kShortest_mm = 0.15, kLongest_mm = 4;
@@ -18,6 +17,12 @@ constexpr double kShortest_mm = 0.15, kLongest_mm = 4;
 using BasisMatrix = WeightEquations::Matrix;
 using BasisVector = WeightEquations::Vector;
 using Weights = GaussianBasis::Weights;
+
+// Least x'ax - 2b'x over x not negative.
+struct KernelProgram {
+  BasisMatrix a;
+  BasisVector b;
+};
 
 // Minimises x'Ax - 2b'x over the unknowns that are `free`; the others are 0.
 BasisVector solve_free(const BasisMatrix& a, const BasisVector& b,
@@ -32,6 +37,38 @@ BasisVector solve_free(const BasisMatrix& a, const BasisVector& b,
     v(j) = 0;
   }
   return m.ldlt().solve(v);
+}
+
+// Frees the unknown with the steepest descent, solves, and puts those that turn negative back to 0
+// (Lawson and Hanson 1974).
+BasisVector solve_program(const KernelProgram& program) {
+  const auto& [a, b] = program;
+  BasisVector x = BasisVector::Zero();
+  std::array<bool, kSize> free{};
+  const double tolerance = 1e-10 * b.cwiseAbs().maxCoeff();
+  for (int round = 0; round < 3 * kSize; ++round) {
+    const BasisVector descent = b - a * x;
+    int steepest = -1;
+    for (int j = 0; j < kSize; ++j) {
+      if (free[size_t(j)] || descent(j) <= tolerance) continue;
+      if (steepest < 0 || descent(j) > descent(steepest)) steepest = j;
+    }
+    if (steepest < 0) break;
+    free[size_t(steepest)] = true;
+    for (int inner = 0; inner < kSize; ++inner) {
+      const BasisVector to = solve_free(a, b, free);
+      double step = 1;
+      for (int j = 0; j < kSize; ++j) {
+        if (free[size_t(j)] && to(j) <= 0) step = std::min(step, x(j) / (x(j) - to(j)));
+      }
+      x += step * (to - x);
+      if (step >= 1) break;
+      for (int j = 0; j < kSize; ++j) {
+        if (free[size_t(j)] && x(j) <= 1e-15) x(j) = 0, free[size_t(j)] = false;
+      }
+    }
+  }
+  return x;
 }
 
 Eigen::Map<const BasisVector> as_vector(const Weights& weights) {
@@ -71,39 +108,14 @@ KernelEquations KernelEquations::scaled(double factor) const {
   return {left * factor, right * factor, square * factor, count * factor};
 }
 
-double KernelEquations::cost(const Vector& unknowns) const {
-  return unknowns.dot(left * unknowns) - 2 * right.dot(unknowns) + square;
+KernelEquations sum_of(const std::vector<const KernelEquations*>& equations) {
+  KernelEquations sum;
+  for (const KernelEquations* some : equations) sum += *some;
+  return sum;
 }
 
-// Frees the unknown with the steepest descent, solves, and puts those that turn negative back to 0.
-BasisVector solve_program(const KernelProgram& program) {
-  const auto& [a, b] = program;
-  BasisVector x = BasisVector::Zero();
-  std::array<bool, kSize> free{};
-  const double tolerance = 1e-10 * b.cwiseAbs().maxCoeff();
-  for (int round = 0; round < 3 * kSize; ++round) {
-    const BasisVector descent = b - a * x;
-    int steepest = -1;
-    for (int j = 0; j < kSize; ++j) {
-      if (free[size_t(j)] || descent(j) <= tolerance) continue;
-      if (steepest < 0 || descent(j) > descent(steepest)) steepest = j;
-    }
-    if (steepest < 0) break;
-    free[size_t(steepest)] = true;
-    for (int inner = 0; inner < kSize; ++inner) {
-      const BasisVector to = solve_free(a, b, free);
-      double step = 1;
-      for (int j = 0; j < kSize; ++j) {
-        if (free[size_t(j)] && to(j) <= 0) step = std::min(step, x(j) / (x(j) - to(j)));
-      }
-      x += step * (to - x);
-      if (step >= 1) break;
-      for (int j = 0; j < kSize; ++j) {
-        if (free[size_t(j)] && x(j) <= 1e-15) x(j) = 0, free[size_t(j)] = false;
-      }
-    }
-  }
-  return x;
+double KernelEquations::cost(const Vector& unknowns) const {
+  return unknowns.dot(left * unknowns) - 2 * right.dot(unknowns) + square;
 }
 
 Weights exponential_kernel(double l_mm) {
@@ -137,9 +149,12 @@ double WeightEquations::offset(const BasisVector& weights) const {
   return (right_ - coupling_.dot(weights)) / stiffness_;
 }
 
+namespace {
+
+// The sum of 1 is one more equation that is much stiffer than the data.
 KernelProgram kernel_program(const KernelEquations& equations, double offset_sigma, double ridge) {
   const WeightEquations reduced(equations, offset_sigma);
-  const double scale = kSamples / std::max(equations.count, 1.0);
+  const double scale = kCountedSamples / std::max(equations.count, 1.0);
   const BasisMatrix h = scale * reduced.a;
   const BasisVector g = scale * reduced.b;
   const auto cost = [&](const Weights& w) {
@@ -156,6 +171,8 @@ KernelProgram kernel_program(const KernelEquations& equations, double offset_sig
   program.a.diagonal() += pull;
   return program;
 }
+
+}  // namespace
 
 Kernel solve_kernel(const KernelEquations& equations, double offset_sigma, double ridge) {
   const BasisVector x = solve_program(kernel_program(equations, offset_sigma, ridge));

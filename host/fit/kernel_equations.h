@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <vector>
 
 #include "fit/gaussian_basis.h"
 
@@ -28,6 +29,8 @@ struct KernelEquations {
   double cost(const Vector& unknowns) const;
 };
 
+KernelEquations sum_of(const std::vector<const KernelEquations*>& equations);
+
 // The same in the weights alone: whatever these are, the offset's best value within its sigma is
 // linear in them. Minimises w'Aw - 2b'w.
 struct WeightEquations {
@@ -45,15 +48,6 @@ struct WeightEquations {
   Vector coupling_;
 };
 
-// Least x'ax - 2b'x over x not negative.
-struct KernelProgram {
-  WeightEquations::Matrix a;
-  WeightEquations::Vector b;
-};
-
-// By freeing one unknown after the other (Lawson and Hanson 1974).
-WeightEquations::Vector solve_program(const KernelProgram& program);
-
 struct Kernel {
   std::array<double, GaussianBasis::kSize> weight{};  // not negative, sum 1
   double offset = 0;
@@ -69,13 +63,10 @@ GaussianBasis::Weights exponential_kernel(double l_mm);
 // strongly it pulls.
 Kernel solve_kernel(const KernelEquations& equations, double offset_sigma, double ridge);
 
-// What that solves, the sum of 1 as one more equation that is much stiffer than the data.
-KernelProgram kernel_program(const KernelEquations& equations, double offset_sigma, double ridge);
+// What equations count as, however many they are: neighbours' errors are alike.
+inline constexpr double kCountedSamples = 100;
 
-// Of dots.
-inline constexpr double kOffsetSigma = 0.003;  // of the black level, relative to FRONT - BLACK
-// Pull of the exponential kernel: weak, it lets the tail be what the dots say; strong, it shows how
-// much of the tail they leave open.
-inline constexpr double kTailRidge = 3, kStiffRidge = 300;
+// Of dots: of the black level, relative to FRONT - BLACK.
+inline constexpr double kOffsetSigma = 0.003;
 
 }  // namespace lamella::fit

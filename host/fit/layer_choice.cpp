@@ -60,8 +60,7 @@ LayerUse layer_use_from_name(const std::string& name) {
 
 LayerContest contest_layers(const std::vector<const KernelEquations*>& dots,
                             const LayeredKernel& both, double offset_sigma, double footprint_mm) {
-  KernelEquations all;
-  for (const KernelEquations* dot : dots) all += *dot;
+  const KernelEquations all = sum_of(dots);
   const double ld_mm = both.deep_ld_mm;
   const SingleKernel one =
       fit_single_kernel(WeightEquations(all, offset_sigma), ld_mm, footprint_mm);
@@ -79,7 +78,6 @@ LayerContest contest_layers(const std::vector<const KernelEquations*>& dots,
     const double by_one = prediction_cost(unseen, one_here, ld_mm, footprint_mm);
     const double by_both = prediction_cost(unseen, both_here, ld_mm, footprint_mm);
     contest.gain.push_back((by_one - by_both) / std::max({by_one, by_both, kLeastCost}));
-    contest.without_part.push_back(both_here);
     lengths.push_back(one_here.ld_mm);
     alphas.push_back(model::alpha_from_s(one_here.s));
   }

@@ -27,10 +27,7 @@ struct SingleLayer {
 // One channel of a region. Each part of its dots is left out once.
 struct LayerContest {
   SingleLayer single;
-  // Of each part: share of one dipole's squared error that both layers save, and both layers as the
-  // other parts have them.
-  std::vector<double> gain;
-  std::vector<LayeredKernel> without_part;
+  std::vector<double> gain;  // of each part: share of one dipole's squared error that both save
 };
 
 // `both`: of all the dots.

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <vector>
 
 #include "fit/layered_kernel.h"
@@ -13,8 +14,10 @@ namespace lamella::fit {
 
 namespace {
 
-constexpr double kTransport_mm = 0.38;     // 1/sigma_t' of dermis, 2 to 4 per mm in the literature
-constexpr double kTransportSpread = 0.15;  // one sigma of its logarithm
+constexpr double kTransportSpread = 0.08;  // one sigma of the logarithm of 1/sigma_t'
+constexpr double kTransportDoubt = 1.5;    // sigmas from which on it rather is not dermis's
+constexpr double kTextureSpread = 0.2;     // one sigma of the logarithm of a region's texture
+constexpr double kLeastAlpha = 1e-3;
 // A kernel that shows no tail (a surface that does not scatter) would take it to infinity.
 constexpr double kShortestTransport_mm = 0.05, kLongestTransport_mm = 3;
 constexpr double kKernelError = 0.05;  // relative, of what the dots say of the kernel
@@ -98,6 +101,83 @@ double stddev_of(ceres::Problem* problem, double* parameter) {
   if (!covariance.Compute(itself, problem)) return 0;
   covariance.GetCovarianceBlock(parameter, parameter, &variance);
   return std::sqrt(variance);
+}
+
+// The kernel's tail has the share of all diffuse light that a dipole reflects.
+struct TailAmplitude {
+  double log_reflectance;
+  template <class Real>
+  bool operator()(const Real* log_ld, const Real* log_transport, const Real* log_amplitude,
+                  Real* residual) const {
+    using std::exp;
+    using std::log;
+    const Real s = exp(*log_transport - *log_ld);
+    Real alpha = model::alpha_from_s(s);
+    if (alpha < kLeastAlpha) alpha = Real(kLeastAlpha);
+    *residual = (log(alpha / (4 * M_PI)) - *log_amplitude - log_reflectance) / kTextureSpread;
+    return true;
+  }
+};
+
+struct TailParameters {
+  double log_ld, log_transport, log_amplitude;
+};
+
+struct TailEquations {
+  std::vector<Sample> rings;
+  SkinPrior prior;
+};
+
+struct Tail {
+  TailParameters at{};
+  double cost = std::numeric_limits<double>::infinity();
+};
+
+void pose(const TailEquations& equations, TailParameters* at, ceres::Problem* problem) {
+  double* ld = &at->log_ld;
+  double* transport = &at->log_transport;
+  for (const Sample& sample : equations.rings) {
+    problem->AddResidualBlock(
+        new ceres::AutoDiffCostFunction<TailResidual, 1, 1, 1, 1>(new TailResidual{sample}),
+        nullptr, ld, transport, &at->log_amplitude);
+  }
+  const LogPrior dermis{std::log(equations.prior.transport_mm), kTransportSpread};
+  problem->AddResidualBlock(new ceres::AutoDiffCostFunction<LogPrior, 1, 1>(new LogPrior(dermis)),
+                            new ceres::CauchyLoss(kTransportDoubt), transport);
+  if (equations.prior.reflectance > 0) {
+    const TailAmplitude amplitude{std::log(equations.prior.reflectance)};
+    problem->AddResidualBlock(
+        new ceres::AutoDiffCostFunction<TailAmplitude, 1, 1, 1, 1>(new TailAmplitude(amplitude)),
+        nullptr, ld, transport, &at->log_amplitude);
+  }
+  problem->SetParameterLowerBound(ld, 0, std::log(kShortestDeepLd_mm));
+  problem->SetParameterUpperBound(ld, 0, std::log(kLongestDeepLd_mm));
+  problem->SetParameterLowerBound(transport, 0, std::log(kShortestTransport_mm));
+  problem->SetParameterUpperBound(transport, 0, std::log(kLongestTransport_mm));
+}
+
+Tail descend(const TailEquations& equations, const TailParameters& from) {
+  Tail tail{from, 0};
+  ceres::Problem problem;
+  pose(equations, &tail.at, &problem);
+  ceres::Solver::Summary summary;
+  ceres::Solve(quiet_options(), &problem, &summary);
+  tail.cost = summary.final_cost;
+  return tail;
+}
+
+DeepProfile profile_of(const TailEquations& equations, Tail tail) {
+  ceres::Problem problem;
+  pose(equations, &tail.at, &problem);
+  DeepProfile deep;
+  deep.ld_mm = std::exp(tail.at.log_ld);
+  deep.ld_mm_stddev = deep.ld_mm * stddev_of(&problem, &tail.at.log_ld);
+  deep.at_bound = at_bound("l_d", deep.ld_mm, kShortestDeepLd_mm, kLongestDeepLd_mm, " mm");
+  deep.transport_mm = std::min(std::exp(tail.at.log_transport), 1.7 * deep.ld_mm);
+  double weight = 0;
+  for (const Sample& sample : equations.rings) weight += sample.weight * sample.weight;
+  deep.rms = kKernelError * std::sqrt(2 * tail.cost / weight);
+  return deep;
 }
 
 // Sum of deep and shallow, each scaled to its share, against the kernel.
@@ -267,34 +347,16 @@ LayeredEquations ring_equations(const RadialProfile& kernel, const DeepProfile& 
 
 }  // namespace
 
-DeepProfile fit_deep_profile(const GaussianBasis::Weights& kernel) {
-  const auto value = [&](double r_mm) { return GaussianBasis::profile(kernel, r_mm); };
-  const std::vector<Sample> samples = sample_kernel(value, 1.0, kFurthestSample_mm, 24);
-  double log_ld = 0, log_transport = std::log(kTransport_mm), log_amplitude = 0;
-  ceres::Problem problem;
-  for (const Sample& sample : samples) {
-    problem.AddResidualBlock(
-        new ceres::AutoDiffCostFunction<TailResidual, 1, 1, 1, 1>(new TailResidual{sample}),
-        nullptr, &log_ld, &log_transport, &log_amplitude);
+DeepProfile fit_deep_profile(const RadialProfile& kernel, const SkinPrior& prior) {
+  const TailEquations equations{sample_kernel(kernel, 1.0, kFurthestSample_mm, 24), prior};
+  Tail best;
+  // Dermis, or what is left of it under much melanin.
+  for (double factor : {1.0, 3.0}) {
+    const double log_z = std::log(factor * prior.transport_mm);
+    const Tail tail = descend(equations, {log_z + std::log(1.5), log_z, -2});
+    if (tail.cost < best.cost) best = tail;
   }
-  problem.AddResidualBlock(new ceres::AutoDiffCostFunction<LogPrior, 1, 1>(
-                               new LogPrior{std::log(kTransport_mm), kTransportSpread}),
-                           nullptr, &log_transport);
-  problem.SetParameterLowerBound(&log_ld, 0, std::log(kShortestDeepLd_mm));
-  problem.SetParameterUpperBound(&log_ld, 0, std::log(kLongestDeepLd_mm));
-  problem.SetParameterLowerBound(&log_transport, 0, std::log(kShortestTransport_mm));
-  problem.SetParameterUpperBound(&log_transport, 0, std::log(kLongestTransport_mm));
-  ceres::Solver::Summary summary;
-  ceres::Solve(quiet_options(), &problem, &summary);
-  DeepProfile deep;
-  deep.ld_mm = std::exp(log_ld);
-  deep.ld_mm_stddev = deep.ld_mm * stddev_of(&problem, &log_ld);
-  deep.at_bound = at_bound("l_d", deep.ld_mm, kShortestDeepLd_mm, kLongestDeepLd_mm, " mm");
-  deep.transport_mm = std::min(std::exp(log_transport), 1.7 * deep.ld_mm);
-  double weight = 0;
-  for (const Sample& sample : samples) weight += sample.weight * sample.weight;
-  deep.rms = kKernelError * std::sqrt(2 * summary.final_cost / weight);
-  return deep;
+  return profile_of(equations, best);
 }
 
 LayeredProfile fit_layered_profile(const RadialProfile& kernel, const DeepProfile& deep,

@@ -15,9 +15,17 @@ struct DeepProfile {
   std::string at_bound;     // "l_d, 50 mm": what stands at its bound; empty: nothing
 };
 
-// Dipole of free amplitude to the tail of a kernel, 1 to 8 mm. alpha', l_d and amplitude cannot all
-// be told apart there: dermis is taken to have a transport length of kTransport_mm within a factor.
-DeepProfile fit_deep_profile(const GaussianBasis::Weights& kernel);
+// What is known of a channel's skin before its tail is fitted.
+struct SkinPrior {
+  double transport_mm = 0.32;  // of dermis
+  double reflectance = 0;      // of all diffuse light, texture included; 0: not measured
+};
+
+// Dipole to the tail of a kernel that integrates to 1, 1 to 8 mm. alpha', l_d and amplitude cannot
+// all be told apart there: dermis has its transport length within a factor, unless the amplitude
+// that the dipole then has is far from the measured reflectance. Under much melanin it is, and the
+// nearest dipole is no dermis's.
+DeepProfile fit_deep_profile(const RadialProfile& kernel, const SkinPrior& prior);
 
 struct LayeredProfile {
   double alpha_dot = 0, alpha_dot_stddev = 0;

@@ -8,7 +8,7 @@
 #include "apps/bench_chart.h"
 #include "apps/bench_figures.h"
 #include "apps/run_lamella.h"
-#include "fit/kernel_equations.h"
+#include "fit/exponential_mixture.h"
 #include "fit/layer_profile.h"
 #include "io/fake_session.h"
 #include "io/json.h"
@@ -138,28 +138,30 @@ TEST_F(PeerCommand, InNumPyFindsTheShape) {
 }
 
 // A program whose solution is known: x'x - 2w'x is least at w.
-Json program_of(const std::string& region, const fit::GaussianBasis::Weights& weights) {
+Json program_of(const std::string& region, const fit::ExponentialMixture& kernel) {
+  constexpr size_t kSize = fit::ExponentialMixture::kSize;
   Json a = Json::array();
-  for (size_t i = 0; i < weights.size(); ++i) {
-    std::vector<double> row(weights.size(), 0.0);
+  for (size_t i = 0; i < kSize; ++i) {
+    std::vector<double> row(kSize, 0.0);
     row[i] = 1;
     a.push_back(row);
   }
-  return {{"region", region}, {"a", a}, {"b", weights}};
+  return {{"region", region}, {"a", a}, {"b", kernel.weight}};
 }
 
 TEST(Peers, SciPyFindsTheLengthsThatOurSolversFind) {
   testing::ScratchFolder scratch;
-  Json document{{"variance_mm2", Json::array()}, {"programs", Json::array()}};
-  for (int j = 0; j < fit::GaussianBasis::kSize; ++j) {
-    const double sigma_mm = fit::GaussianBasis::sigma_mm(j);
-    document["variance_mm2"].push_back(sigma_mm * sigma_mm - 0.1 * 0.1);
+  Json document{{"length_mm", Json::array()}, {"programs", Json::array()}};
+  for (int k = 0; k < fit::ExponentialMixture::kSize; ++k) {
+    document["length_mm"].push_back(fit::ExponentialMixture::length_mm(k));
   }
   std::vector<double> expected_mm;
-  for (const double l_mm : {0.8, 1.2, 2.0}) {
-    const fit::GaussianBasis::Weights weights = fit::exponential_kernel(l_mm);
-    document["programs"].push_back(program_of("skin", weights));
-    expected_mm.push_back(fit::fit_deep_profile(weights).ld_mm);
+  for (const size_t length : {20u, 23u, 26u}) {
+    fit::ExponentialMixture kernel;
+    kernel.weight[length - 8] = 0.4;
+    kernel.weight[length] = 0.6;
+    document["programs"].push_back(program_of("skin", kernel));
+    expected_mm.push_back(fit::fit_deep_profile(kernel, {}).ld_mm);
   }
   write_whole_text(scratch.path() / "programs.json", document.dump());
   const std::string arguments = " \"" LAMELLA_PEERS_DIR "/scipy_profiles.py\" \"" +

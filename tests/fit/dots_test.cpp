@@ -159,7 +159,7 @@ RadialProfile profile_of(const GaussianBasis::Weights& kernel) {
 
 TEST(LayeredProfile, DeepAndShallowTogetherIntegrateToTheKernel) {
   const GaussianBasis::Weights kernel = exponential_kernel(0.8);
-  const DeepProfile deep = fit_deep_profile(kernel);
+  const DeepProfile deep = fit_deep_profile(profile_of(kernel), {});
   const LayeredProfile layers = fit_layered_profile(profile_of(kernel), deep, {0.5, 0.2}, 0.5);
   EXPECT_TRUE(layers.shallow_fitted) << layers.shallow_why;
   EXPECT_GT(layers.shallow_alpha, 0);
@@ -179,9 +179,9 @@ TEST(LayeredProfile, DeepAndShallowTogetherIntegrateToTheKernel) {
 }
 
 TEST(LayeredProfile, SaysWhichFigureStandsAtItsBound) {
-  EXPECT_EQ(fit_deep_profile(exponential_kernel(10)).at_bound, "l_d, 50 mm");
+  EXPECT_EQ(fit_deep_profile(profile_of(exponential_kernel(10)), {}).at_bound, "l_d, 50 mm");
   const GaussianBasis::Weights kernel = exponential_kernel(0.8);
-  const DeepProfile deep = fit_deep_profile(kernel);
+  const DeepProfile deep = fit_deep_profile(profile_of(kernel), {});
   EXPECT_EQ(deep.at_bound, "");
   const LayeredProfile even = fit_layered_profile(profile_of(kernel), deep, {0.5, 0.2}, 0.5);
   EXPECT_EQ(even.deep_at_bound, "");
@@ -199,8 +199,8 @@ TEST(LayeredProfile, SaysWhichFigureStandsAtItsBound) {
 
 TEST(LayeredProfile, ShallowLayerThatTheStripesDoNotSeeIsDroppedWithAReason) {
   const GaussianBasis::Weights kernel = exponential_kernel(0.8);
-  const LayeredProfile layers =
-      fit_layered_profile(profile_of(kernel), fit_deep_profile(kernel), {0.001, 0.001}, 0.5);
+  const LayeredProfile layers = fit_layered_profile(
+      profile_of(kernel), fit_deep_profile(profile_of(kernel), {}), {0.001, 0.001}, 0.5);
   EXPECT_FALSE(layers.shallow_fitted);
   EXPECT_FALSE(layers.shallow_why.empty());
 }

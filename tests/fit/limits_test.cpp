@@ -8,6 +8,7 @@
 
 #include <numeric>
 
+#include "fit/exponential_mixture.h"
 #include "fit/gradient_inversion.h"
 #include "fit/layer_profile.h"
 #include "fit/layered_kernel.h"
@@ -26,17 +27,30 @@ double sum_of(const GaussianBasis::Weights& weights) {
 
 // Failure: weights are divided by their sum.
 TEST(FitLimits, AKernelOfNoSamplesIsTheOneThatItIsPulledTo) {
-  const Kernel kernel = solve_kernel(KernelEquations(), kOffsetSigma, kTailRidge);
+  const Kernel kernel = solve_kernel(KernelEquations(), kOffsetSigma, 3);
   for (const double w : kernel.weight) EXPECT_GE(w, 0);
   EXPECT_NEAR(sum_of(kernel.weight), 1, 1e-9);
   EXPECT_TRUE(std::isfinite(kernel.offset));
+}
+
+// Failure: as above, of which nothing but smoothness is left.
+TEST(FitLimits, AMixtureOfNoSamplesIsOneAllTheSame) {
+  const ExponentialMixture kernel =
+      solve_mixture(KernelEquations(), kOffsetSigma, blurred_exponentials(0.2), kTailSmoothness);
+  double sum = 0;
+  for (const double w : kernel.weight) {
+    EXPECT_GE(w, 0);
+    sum += w;
+  }
+  EXPECT_NEAR(sum, 1, 1e-9);
 }
 
 // Failure: the slope of a tail that is not there, given as a length that is believed.
 TEST(FitLimits, LightThatDoesNotTravelHasNoTailAndItsLengthIsSaidToBeABound) {
   GaussianBasis::Weights narrow{};
   narrow[0] = 1;
-  const DeepProfile deep = fit_deep_profile(narrow);
+  const DeepProfile deep =
+      fit_deep_profile([&](double r_mm) { return GaussianBasis::profile(narrow, r_mm); }, {});
   EXPECT_NE(deep.at_bound, "");
   EXPECT_TRUE(std::isfinite(deep.ld_mm_stddev));
   EXPECT_GT(deep.ld_mm_stddev, deep.ld_mm);
@@ -45,11 +59,11 @@ TEST(FitLimits, LightThatDoesNotTravelHasNoTailAndItsLengthIsSaidToBeABound) {
 // Failure: a multipole that reflects less than nothing, divided by its total; or a layer that is
 // there and is dropped, as the kernel alone would have it thinner than diffusion allows.
 TEST(FitLimits, ASlabThatTheKernelWouldMakeTooThinForDiffusionReflectsWhatTheStripesMeasured) {
-  const GaussianBasis::Weights kernel = exponential_kernel(1.5);
+  const GaussianBasis::Weights weights = exponential_kernel(1.5);
+  const auto kernel = [&](double r_mm) { return GaussianBasis::profile(weights, r_mm); };
   for (double albedo : {0.03, 0.15, 0.4}) {
     const LayeredProfile layers =
-        fit_layered_profile([&](double r_mm) { return GaussianBasis::profile(kernel, r_mm); },
-                            fit_deep_profile(kernel), {0.3, albedo}, 0.3);
+        fit_layered_profile(kernel, fit_deep_profile(kernel, {}), {0.3, albedo}, 0.3);
     EXPECT_TRUE(layers.shallow_fitted) << layers.shallow_why;
     const model::Multipole<double> slab{layers.shallow_alpha, layers.shallow_ld_mm, 0.3};
     EXPECT_GT(model::multipole_total(slab), albedo / 20);
