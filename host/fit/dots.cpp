@@ -16,10 +16,10 @@ namespace lamella::fit {
 namespace {
 
 constexpr int kJackknifeGroups = 8;
-// Of how far ten times the smoothness moves l_d: what the smoothness itself does to it, by twins.
+// Of how far ten times the smoothness moves l_d: what the smoothness itself is taken to do to it.
 constexpr double kSmoothShare = 1.0 / 3;
 // The dipole nearest to a layered skin follows from the shape of its kernel no closer than that: of
-// the exact kernels of simulated skins, root mean square.
+// the exact kernels of simulated skins, on average.
 constexpr double kNearestDipoleError = 0.04;
 // 1/sigma_t' of dermis in red, green and blue (about 610, 540 and 465 nm): 2 to 4 per mm in the
 // literature, falling with the wavelength to the power of 1.4 (S. L. Jacques, "Optical properties
