@@ -13,6 +13,7 @@
 #include "apps/process_killed.h"
 #include "apps/report.h"
 #include "base/error.h"
+#include "fit/binned.h"
 #include "io/json.h"
 #include "io/whole_file.h"
 
@@ -50,6 +51,22 @@ BenchPlan bench_plan(const BenchArguments& args) {
   }
   const bool has_seconds = !args.knobs.empty() || args.peers;
   return {knobs_named(args.knobs), has_seconds ? args.rounds : 1, args.peers};
+}
+
+// A fit takes smaller blocks where those of a setting do not resolve the patterns: such a point
+// would be another setting's.
+void leave_out_unresolving(const Session& session, std::vector<Knob>* knobs) {
+  for (Knob& knob : *knobs) {
+    if (knob.name != "bin_px") continue;
+    std::erase_if(knob.settings, [&](const BenchSetting& setting) {
+      const int asked = setting.quality.bin_px;
+      if (fit::resolving_bin_px(session, asked) == asked) return false;
+      fmt::print(stderr,
+                 "lamella: warning: bin_px {} is left out: such blocks do not resolve the patterns\n",
+                 asked);
+      return true;
+    });
+  }
 }
 
 FloorPlan floor_plan(const BenchArguments& args) {
@@ -110,11 +127,12 @@ std::string write_tables(const BenchResult& result, const BenchPlan& plan, const
 
 void run_bench_command(const BenchArguments& args) {
   const FloorPlan floors = floor_plan(args);
-  const BenchPlan plan = bench_plan(args);
+  BenchPlan plan = bench_plan(args);
   const fs::path place = place_of(args);
   abandon_outputs_on_interrupt();
   const Session session = read_session(args.session);
   require_floors(floors, session);
+  leave_out_unresolving(session, &plan.knobs);
   clear_half_written_beside(place);
   WholeFolder folder(place, "bench.json");
   BenchResult result;

@@ -169,6 +169,12 @@ bool warn_of_doubt(const std::vector<fit::DoubtedLayer>& doubted) {
   bool any = false;
   for (const fit::DoubtedLayer& layer : doubted) {
     const bool is_below = layer.doubt == fit::Doubt::kNotJudged;
+void tell_notes(const std::vector<std::string>& notes) {
+  for (const std::string& note : notes) {
+    fmt::print(stderr, "lamella: warning: {}\n", one_line(note));
+  }
+}
+
     fmt::print(stderr, "lamella: warning: {}{}\n", is_below ? "below the quality asked: " : "",
                one_line(layer.text));
     any = any || is_below;
@@ -260,6 +266,7 @@ int run_fit(const FitArguments& args) {
 
 }  // namespace
 
+  tell_notes(fit.notes);
 void add_fit(const Command& app, int* exit_code) {
   auto args = std::make_shared<FitArguments>();
   const Command command = app.add_command("fit", "Fit the layers of a session");
@@ -283,7 +290,8 @@ void add_fit(const Command& app, int* exit_code) {
       .shows_default();
   command
       .add_option("--quality", args->quality,
-                  "What to spend: draft, on blocks of 2 x 2 pixels; standard; reference")
+                  "What to spend: draft, on blocks of 2 x 2 pixels where these resolve the stripes "
+                  "and dots; standard; reference")
       .shows_default();
   command
       .add_option("--budget-s", args->budget_s,

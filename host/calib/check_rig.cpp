@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/pattern_scale.h"
 #include "calib/photographs.h"
 
 namespace lamella {
@@ -110,11 +111,28 @@ CheckLine views(const Session& s) {
   return {Grade::kGood, "views", "cameras and projector see the subject's place", 0, "", 0};
 }
 
+CheckLine pattern_size(const std::string& name, double pixels, double least,
+                       const std::string& lost) {
+  const bool is_seen = pixels >= least;
+  std::string text =
+      fmt::format("{:.2f} pixels of the left camera, at least {:g}{}", pixels, least,
+                  is_seen ? "" : ": " + lost + "; photograph from nearer or with more pixels");
+  return {is_seen ? Grade::kGood : Grade::kPoor, name, text, pixels, "pixels", least};
+}
+
 }  // namespace
 
 std::vector<CheckLine> check_rig(const Session& session, ShapeFrom shape) {
-  if (shape == ShapeFrom::kMesh) return {views(session), leds(session)};
-  return {views(session), baseline(session), leds(session)};
+  const PatternScale scale = pattern_scale(session);
+  std::vector<CheckLine> lines{views(session)};
+  if (shape == ShapeFrom::kFringes) lines.push_back(baseline(session));
+  lines.push_back(leds(session));
+  lines.push_back(pattern_size("period of the stripes", scale.stripe_px,
+                               kLeastPatternScale.stripe_px,
+                               "shallow and deep cannot be told apart"));
+  lines.push_back(pattern_size("diameter of the dots", scale.dot_px, kLeastPatternScale.dot_px,
+                               "l_d cannot be told"));
+  return lines;
 }
 
 }  // namespace lamella

@@ -1,4 +1,4 @@
-// What the manifest alone tells of a rig: can shape and normals be measured with it at all?
+// What the manifest alone tells of a rig: can shape, normals and scattering be measured with it?
 #pragma once
 
 #include "calib/check.h"
@@ -6,7 +6,7 @@
 namespace lamella {
 
 // Lines for what the cameras and the projector see, for the baseline, which a mesh needs none of,
-// and for the LEDs.
+// for the LEDs and for how many pixels the patterns have.
 std::vector<CheckLine> check_rig(const Session& session, ShapeFrom shape = ShapeFrom::kFringes);
 
 }  // namespace lamella

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "base/parallel.h"
+#include "calib/pattern_scale.h"
 #include "fit/smooth.h"
 
 namespace lamella::fit {
@@ -184,6 +185,13 @@ Session binned_session(const Session& session, int bin_px) {
 Burst binned_burst(const Burst& burst, const Session& session, int bin_px) {
   Burst out = burst;
   out.session = &session;
+int resolving_bin_px(const Session& session, int asked) {
+  const PatternScale scale = pattern_scale(session);
+  const double most = std::min(scale.stripe_px / kLeastBlockScale.stripe_px,
+                               scale.dot_px / kLeastBlockScale.dot_px);
+  return std::clamp(int(std::min(most, double(asked))), 1, asked);
+}
+
   for (AnalyserPair* pair :
        {&out.full, &out.gradient[0], &out.gradient[1], &out.gradient[2], &out.front}) {
     *pair = binned(*pair, bin_px);

@@ -7,6 +7,10 @@
 
 namespace lamella::fit {
 
+// The most pixels of a block's side, `asked` at most, that leaves the session's stripes and dots
+// kLeastBlockScale blocks; 1 where none does.
+int resolving_bin_px(const Session& session, int asked);
+
 // The cameras of photographs whose blocks of `bin_px` x `bin_px` pixels are one; frames as they
 // are.
 Session binned_session(const Session& session, int bin_px);

@@ -1,11 +1,14 @@
 #include "fit/layers.h"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <mutex>
 
 #include "base/error.h"
 #include "base/parallel.h"
 #include "base/progress.h"
+#include "calib/pattern_scale.h"
 #include "fit/binned.h"
 #include "fit/find_regions.h"
 #include "fit/pattern_extinction.h"
@@ -164,6 +167,35 @@ void run_steps(Step until, LayerUse use, Burst* burst, Course* course, LayeredFi
   report_geometry(*burst, geometry, fit);
 }
 
+// As asked, in blocks that still resolve the patterns.
+Quality resolving_quality(const Session& session, const Quality& asked, LayeredFit* fit) {
+  Quality quality = asked;
+  quality.bin_px = resolving_bin_px(session, asked.bin_px);
+  if (quality.bin_px == asked.bin_px) return quality;
+  const PatternScale scale = pattern_scale(session);
+  fit->notes.push_back(
+      fmt::format("blocks of {0} x {0} pixels would not resolve the patterns (a period of the "
+                  "stripes is {1:.2g} "
+                  "pixels, a dot {2:.2g}): fitted {3}",
+                  asked.bin_px, scale.stripe_px, scale.dot_px,
+                  quality.bin_px == 1 ? "pixel by pixel"
+                                      : fmt::format("in blocks of {0} x {0}", quality.bin_px)));
+  return quality;
+}
+
+// Maps of patterns that no pixel resolves are not to be believed.
+void distrust_unresolved(const Session& session, LayerMaps* maps) {
+  const PatternScale scale = pattern_scale(session);
+  const auto distrust = [&](const char* map) {
+    const auto confidence = maps->confidence.find(map);
+    if (confidence != maps->confidence.end()) confidence->second.setTo(0);
+  };
+  if (!resolves_stripes(scale)) {
+    for (const char* map : {"shallow_albedo", "deep_albedo", "deep_alpha"}) distrust(map);
+  }
+  if (!resolves_dots(scale)) distrust("deep_ld");
+}
+
 }  // namespace
 
 Step step_from_name(const std::string& name) {
@@ -175,9 +207,10 @@ Step step_from_name(const std::string& name) {
   throw_bad_input("--until", "no step \"" + name + "\"", "one of " + known);
 }
 
-LayeredFit fit_layers(const Session& session, Step until, LayerUse use, const Quality& quality,
+LayeredFit fit_layers(const Session& session, Step until, LayerUse use, const Quality& asked,
                       const TriangleMesh* mesh) {
   LayeredFit fit;
+  const Quality quality = resolving_quality(session, asked, &fit);
   Course course{.layers = &fit.layers, .progress = Progress("fitting, step", steps_until(until))};
   SubjectBurst subject;
   Burst burst = timed(&course, "linearise", [&] {
@@ -203,6 +236,7 @@ LayeredFit fit_layers(const Session& session, Step until, LayerUse use, const Qu
     });
   }
   settle_confidence(&fit.maps);
+  distrust_unresolved(session, &fit.maps);
   leave_out_unlabelled(subject.session.window("left"), &fit.maps);
   return fit;
 }

@@ -40,7 +40,8 @@ struct LayeredFit {
   LayerMaps maps;
   v1::Layers layers;
   std::vector<DoubtedLayer> doubted;
-  SessionCheck check;  // its poor lines are what to expect less of the fit for
+  std::vector<std::string> notes;  // what was done otherwise than asked, and why
+  SessionCheck check;              // its poor lines are what to expect less of the fit for
 };
 
 // Throws Error on bad input; what the data cannot tell is said in the result. `mesh`: the subject's

@@ -3,6 +3,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "base/parallel.h"
+#include "calib/pattern_scale.h"
 #include "fit/diffuse_total.h"
 #include "fit/scattering.h"
 #include "fit/share_detail.h"
@@ -56,6 +57,12 @@ class Stripes {
   bool measured(int y, int x) const {
     return burst_.regions(y, x) && is_finite(geometry_.position_mm(y, x)) &&
            is_finite(normals_.diffuse[1](y, x)) && is_finite(geometry_.projector_px(y, x)[0]);
+  }
+
+  // As they lie on skin that faces the camera.
+  StripeBlocks blocks() const {
+    const int bin_px = burst_.quality.bin_px;
+    return {bin_px, 1 / (bin_px * pattern_scale(*burst_.session).stripe_px)};
   }
 
   // Turns from the middle of a white stripe in pattern k.
@@ -200,7 +207,7 @@ class Stripes {
 
 Shapes shapes_of(const Stripes& stripes) {
   const std::vector<BinsPerChannel> bins = stripes.gather();
-  const StripeDesign design(stripes.highest_cycles_per_mm());
+  const StripeDesign design(stripes.highest_cycles_per_mm(), stripes.blocks());
   Shapes shapes(bins.size());
   parallel_for(int(bins.size() * 3), [&](int i) {
     const size_t region = size_t(i) / 3, c = size_t(i) % 3;

@@ -9,6 +9,7 @@ namespace {
 
 constexpr int kHighestHarmonic = 63;  // a square wave that the narrowest Gaussian blurs
 constexpr double kNegligibleTransfer = 1e-5;
+constexpr double kWholeCycle = 1e-9;  // pixels that all see the same of a wave
 
 double row_centre(int row) { return (row + 0.5) / StripeBins::kFrequencies; }
 
@@ -40,22 +41,27 @@ StripeBins& StripeBins::operator+=(const StripeBins& other) {
   return *this;
 }
 
-StripeDesign::StripeDesign(double highest_cycles_per_mm) {
-  const auto row_at = [&](int frequency, double phase) {
+double StripeBlocks::transfer(int cycles) const {
+  const double turn = M_PI * cycles * periods_per_px, one = std::sin(turn);
+  return std::abs(one) < kWholeCycle ? 1 : std::sin(pixels * turn) / (pixels * one);
+}
+
+StripeDesign::StripeDesign(double highest_cycles_per_mm, const StripeBlocks& blocks) {
+  const auto row_at = [&](int frequency, double phase, const StripeBlocks& seen_by) {
     KernelEquations::Vector row = KernelEquations::Vector::Zero();
     for (int j = 0; j < GaussianBasis::kSize; ++j) {
       for (int h = 1; h <= kHighestHarmonic; h += 2) {
         const double transfer =
             GaussianBasis::transfer(j, h * row_centre(frequency) * highest_cycles_per_mm);
         if (transfer < kNegligibleTransfer) break;
-        row(j) += transfer * harmonic(h, phase);
+        row(j) += transfer * seen_by.transfer(h) * harmonic(h, phase);
       }
     }
     return row;
   };
   for (int f = 0; f < kFrequencies; ++f) {
-    for (int p = 0; p < kPhases; ++p) rows_.push_back(row_at(f, column_centre(p)));
-    middle_.push_back(row_at(f, 0));
+    for (int p = 0; p < kPhases; ++p) rows_.push_back(row_at(f, column_centre(p), blocks));
+    middle_.push_back(row_at(f, 0, {}));
   }
 }
 

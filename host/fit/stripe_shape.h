@@ -9,13 +9,23 @@
 
 namespace lamella::fit {
 
+// Photographs that were averaged over blocks of pixels, across the stripes.
+struct StripeBlocks {
+  int pixels = 1;               // of a block
+  double periods_per_px = 0.1;  // of the stripes
+
+  // Share of a wave of `cycles` a period of the stripes that the mean of a block's pixels keeps:
+  // sin(pi n x)/(n sin(pi x)), x cycles a pixel.
+  double transfer(int cycles) const;
+};
+
 // Rows of the equations: what each Gaussian leaves of the stripes, about their mean.
 class StripeDesign {
  public:
   static constexpr int kFrequencies = 24, kPhases = 64;
 
-  // `highest_cycles_per_mm`: the frequency at the table's end.
-  explicit StripeDesign(double highest_cycles_per_mm);
+  // `highest_cycles_per_mm`: the frequency at the table's end. Rows are what blocks show.
+  explicit StripeDesign(double highest_cycles_per_mm, const StripeBlocks& blocks = {});
 
   // In the weights of the kernel; the offset's column stays empty (a stripe and its complement sum
   // to the evenly lit photograph, so there is none).
@@ -23,7 +33,7 @@ class StripeDesign {
     return rows_[size_t(frequency * kPhases + phase)];
   }
 
-  // The same in the middle of a white stripe.
+  // The same in the middle of a white stripe, as a pixel shows it.
   const KernelEquations::Vector& middle(int frequency) const { return middle_[size_t(frequency)]; }
 
  private:

@@ -49,11 +49,12 @@ class BenchCommand : public ::testing::Test {
 // What stands in place of a truth here is the default's own fit.
 TEST_F(BenchCommand, WritesALineAPointAndARowForEverySettingOfAKnob) {
   run_lamella({"fit", session().string(), "--out", (session() / "truth").string()});
+  testing::write_fake_session(session(), cv::Size(320, 424));  // resolves blocks of 2
   const Outcome outcome = bench("bin_px");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   v1::Bench report;
   read_json(out() / "bench.json", &report);
-  ASSERT_EQ(report.points_size(), 4);
+  ASSERT_EQ(report.points_size(), 2);
   for (const v1::BenchPoint& point : report.points()) {
     const auto error_deg = point.figures().find("diffuse_normal_median_deg");
     const bool is_exact = error_deg != point.figures().end() && error_deg->second == 0;
@@ -66,7 +67,7 @@ TEST_F(BenchCommand, WritesALineAPointAndARowForEverySettingOfAKnob) {
   for (std::string line; std::getline(table, line); ++lines) {
     EXPECT_EQ(std::count(line.begin(), line.end(), ','), 5 + long(apps::bench_figures().size()));
   }
-  EXPECT_EQ(lines, 5);
+  EXPECT_EQ(lines, 3);
   const auto position =
       std::find_if(report.confidence().begin(), report.confidence().end(),
                    [](const v1::BenchConfidence& c) { return c.map() == "position"; });
@@ -87,6 +88,17 @@ TEST_F(BenchCommand, WritesALineAPointAndARowForEverySettingOfAKnob) {
 }
 
 TEST_F(BenchCommand, RefusesASessionWithoutItsTruth) { refused("bin_px", "no truth"); }
+TEST_F(BenchCommand, LeavesOutBlocksThatDoNotResolveThePatterns) {
+  run_lamella({"fit", session().string(), "--out", (session() / "truth").string()});
+  const Outcome outcome = bench("bin_px");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find("bin_px 2 is left out"), std::string::npos) << outcome.err;
+  v1::Bench report;
+  read_json(out() / "bench.json", &report);
+  ASSERT_EQ(report.points_size(), 1);
+  EXPECT_EQ(report.points(0).value(), "1");
+}
+
 
 TEST_F(BenchCommand, RefusesAKnobThatIsNoneAndNamesThem) {
   refused("bins", "bin_px, occlusion_rounds");

@@ -111,14 +111,46 @@ TEST_F(FitCommand, RefusesForTheReasonOfCheckAndLeavesNothing) {
 }
 
 TEST_F(FitCommand, FitsADraftAtTheSizeOfThePhotographsAndSaysWhatItSpent) {
+  testing::write_fake_session(session(), cv::Size(320, 424));
   const Outcome fit = run_lamella({"fit", session().string(), "--quality", "draft"});
   EXPECT_LE(fit.exit_code, 1) << fit.err;
   EXPECT_TRUE(fit.complaints().empty()) << fit.err;
-  EXPECT_EQ(read_layer_maps(session() / "fit").normal_specular.size(), cv::Size(96, 128));
+  EXPECT_EQ(fit.err.find("would not resolve"), std::string::npos) << fit.err;
+  EXPECT_EQ(read_layer_maps(session() / "fit").normal_specular.size(), cv::Size(320, 424));
   v1::Layers layers;
   read_json(session() / "fit/layers.json", &layers);
   EXPECT_EQ(layers.quality().name(), "draft");
   EXPECT_EQ(layers.quality().bin_px(), 2u);
+}
+
+TEST_F(FitCommand, TakesADraftsBlocksNoLargerThanThePatternsAllowAndSaysSo) {
+  const Outcome fit = run_lamella({"fit", session().string(), "--quality", "draft"});
+  EXPECT_EQ(fit.exit_code, 0) << fit.err;
+  EXPECT_NE(
+      fit.err.find("lamella: warning: blocks of 2 x 2 pixels would not resolve the patterns (a "
+                   "period of the stripes is 1.5 pixels, a dot 3.8): fitted pixel by pixel\n"),
+      std::string::npos)
+      << fit.err;
+  v1::Layers layers;
+  read_json(session() / "fit/layers.json", &layers);
+  EXPECT_EQ(layers.quality().bin_px(), 1u);
+}
+
+TEST_F(FitCommand, TrustsNoMapOfPatternsThatThePixelsAreTooCoarseFor) {
+  v1::Session manifest;
+  read_json(session() / "session.json", &manifest);
+  manifest.mutable_patterns()->mutable_stripes()->set_period_px(6);
+  write_json(session() / "session.json", manifest);
+  const Outcome fit = run("fit");
+  EXPECT_EQ(fit.exit_code, 1);
+  EXPECT_NE(fit.err.find("below the quality asked: period of the stripes: 1.15 pixels"),
+            std::string::npos)
+      << fit.err;
+  const LayerMaps maps = read_layer_maps(session() / "fit");
+  for (const char* map : {"shallow_albedo", "deep_albedo", "deep_alpha"}) {
+    EXPECT_EQ(cv::countNonZero(maps.confidence.at(map)), 0) << map;
+  }
+  EXPECT_GT(cv::countNonZero(maps.confidence.at("total_albedo")), 0);
 }
 
 TEST_F(FitCommand, RefusesALabelImageThatIsNotOfThisSessionAndLeavesNothing) {

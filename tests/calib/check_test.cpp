@@ -190,6 +190,17 @@ TEST_F(Check, FindsLedsThatAreAllBehindTheSubject) {
   });
   EXPECT_EQ(grade_of("LEDs"), Grade::kUnusable);
 }
+TEST_F(Check, FindsPatternsThatThePixelsAreTooCoarseFor) {
+  EXPECT_EQ(grade_of("period of the stripes"), Grade::kGood);
+  EXPECT_EQ(grade_of("diameter of the dots"), Grade::kGood);
+  change_rig([](v1::Rig* rig) {
+    rig->mutable_projector()->set_fx(1.5 * rig->projector().fx());
+    rig->mutable_projector()->set_fy(1.5 * rig->projector().fy());
+  });
+  EXPECT_EQ(grade_of("period of the stripes"), Grade::kPoor);
+  EXPECT_EQ(grade_of("diameter of the dots"), Grade::kPoor);
+}
+
 
 TEST_F(Check, NoticesAnAnalyserThatStoodTheWrongWayRound) {
   Image3 parallel;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "calib/pattern_scale.h"
 #include "fit/synthetic_rig.h"
 
 namespace lamella::fit {
@@ -61,6 +62,19 @@ TEST(Binned, ABlockHasTheLabelOfMostOfItsPixelsAndIsClippedWhereOneIs) {
   EXPECT_EQ(small.regions(0, 1), 1);
   EXPECT_EQ(small.clipped_led(2, 1), 255);
   EXPECT_EQ(cv::countNonZero(small.clipped_led), 1);
+}
+
+TEST(Binned, BlocksAreTheLargestThatResolveThePatterns) {
+  Session session = testing::make_session();
+  const double mm = session.left.pixel_mm(), projector_mm = session.projector.pixel_mm();
+  session.patterns.stripe_period_px = 3.1 * kLeastBlockScale.stripe_px * mm / projector_mm;
+  session.patterns.dot_diameter_px = 9 * kLeastBlockScale.dot_px * mm / projector_mm;
+  EXPECT_EQ(resolving_bin_px(session, 2), 2);
+  EXPECT_EQ(resolving_bin_px(session, 16), 3);
+  session.patterns.dot_diameter_px = 2.1 * kLeastBlockScale.dot_px * mm / projector_mm;
+  EXPECT_EQ(resolving_bin_px(session, 16), 2);
+  session.patterns.dot_diameter_px = 0.1 * kLeastBlockScale.dot_px * mm / projector_mm;
+  EXPECT_EQ(resolving_bin_px(session, 16), 1);
 }
 
 TEST(Binned, TheNoiseOfFourPixelsMeanIsAQuarter) {

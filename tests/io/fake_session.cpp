@@ -77,23 +77,34 @@ float led_light(const LightStage& stage, v1::Frame::Role role, const Vec3& n) {
   return e;
 }
 
+struct Scene {
+  LightStage stage{fake_leds()};
+  Camera projector = fake_projector();
+  double coarseness = 1;  // of stripes and dots, against the format's
+};
+
+// As many pixels for stripes and dots as a camera of 96 columns has.
+double coarseness_for(const Camera& left) { return std::max(1.0, 96.0 / left.width); }
+
 // What the projector sends to column u, row v: between its black level and 1.
-float pattern_value(const v1::Frame& frame, double u, double v, int channel) {
+float pattern_value(const Scene& scene, const v1::Frame& frame, const cv::Vec2d& uv, int channel) {
   constexpr float kBlack = 0.01f;
+  const double u = uv[0], v = uv[1], fine = 1 / scene.coarseness;
   double x = 0;
   switch (frame.role()) {
     case v1::Frame::FRONT:
       x = 1;
       break;
     case v1::Frame::STRIPES:  // as skin blurs them
-      x = 0.5 + 0.3 * std::cos(2 * CV_PI * (u - 2.0 * frame.index() - 1.5) / 8);
+      x = 0.5 + 0.3 * std::cos(2 * CV_PI * (fine * u - 2.0 * frame.index() - 1.5) / 8);
       break;
     case v1::Frame::FRINGE:
       x = 0.5 +
           0.5 * std::cos(2 * CV_PI * (std::pow(4, frame.index()) * u / 1280 + (channel - 1) / 3.0));
       break;
     case v1::Frame::DOTS: {
-      const double p = 53.33, du = std::remainder(u - 640, p), dv = std::remainder(v - 400, p);
+      const double p = 53.33, du = std::remainder(fine * (u - 640), p),
+                   dv = std::remainder(fine * (v - 400), p);
       x = du * du + dv * dv < 100 ? 0.3 : 1;
       break;
     }
@@ -102,11 +113,6 @@ float pattern_value(const v1::Frame& frame, double u, double v, int channel) {
   }
   return kBlack + (1 - kBlack) * float(x);
 }
-
-struct Scene {
-  LightStage stage{fake_leds()};
-  Camera projector = fake_projector();
-};
 
 Vec3 radiance(const Scene& scene, const v1::Frame& frame, const Vec3& point_mm) {
   constexpr float kAlbedo[] = {0.6f, 0.4f, 0.3f};
@@ -119,7 +125,7 @@ Vec3 radiance(const Scene& scene, const v1::Frame& frame, const Vec3& point_mm) 
   for (int c = 0; c < 3; ++c) {
     const float light =
         leds ? led_light(scene.stage, frame.role(), n)
-             : std::max(0.f, dot(n, to_projector)) * pattern_value(frame, uv[0], uv[1], c);
+             : std::max(0.f, dot(n, to_projector)) * pattern_value(scene, frame, uv, c);
     const bool parallel = frame.analyser() == v1::Frame::PARALLEL;
     rgb[c] = light * (0.5f * kAlbedo[c] + (parallel ? kShine : 0.f));
   }
@@ -148,6 +154,15 @@ cv::Mat1b fake_labels(const Camera& camera) {
     }
   }
   return labels;
+}
+
+void coarsen(double coarseness, v1::Patterns* patterns) {
+  v1::StripePattern* stripes = patterns->mutable_stripes();
+  stripes->set_period_px(coarseness * stripes->period_px());
+  stripes->set_shift_px(coarseness * stripes->shift_px());
+  v1::DotPattern* dots = patterns->mutable_dots();
+  dots->set_pitch_px(coarseness * dots->pitch_px());
+  dots->set_diameter_px(coarseness * dots->diameter_px());
 }
 
 v1::Frame frame_of(v1::Frame::Role role, int index, v1::Frame::Analyser analyser, uint32_t step) {
@@ -203,8 +218,10 @@ std::vector<v1::Frame> fake_frames() {
 }
 
 void write_fake_session(const fs::path& folder, cv::Size size) {
-  const Scene scene;
   v1::Session manifest = fake_calibration(size);
+  Scene scene;
+  scene.coarseness = coarseness_for(camera_from_message(manifest.rig().cameras(0), "fake"));
+  coarsen(scene.coarseness, manifest.mutable_patterns());
   for (v1::Frame frame : fake_frames()) {
     const Camera camera =
         camera_from_message(manifest.rig().cameras(frame.camera() == "left" ? 0 : 1), "fake");
