@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <map>
 #include <mutex>
 
 #include "base/error.h"
@@ -28,9 +30,10 @@ constexpr double kLeastContrast = 0.15;
 constexpr double kMostAboveFull = 0.01;
 constexpr size_t kLeastPixels = 100;
 
-constexpr double kHopeless = 0.5;     // of any share that should be next to nothing
-constexpr double kLeastLight = 1e-3;  // of a white surface: under it nothing was lit
-constexpr double kLeastShare = 0.02;  // of the full light: no pattern has as little
+constexpr double kHopeless = 0.5;         // of any share that should be next to nothing
+constexpr double kLeastLight = 1e-3;      // of a white surface: under it nothing was lit
+constexpr double kLeastShare = 0.02;      // of the full light: no pattern has as little
+constexpr double kLeastOfColour = 0.005;  // of the colours' mean: no skin reflects as little
 
 CheckLine plain_line(Grade grade, const std::string& name, const std::string& text) {
   return {grade, name, text, 0, "", 0};
@@ -138,41 +141,94 @@ class BurstChecker {
                          leds || f.role == Role::kFront ? f.analyser : Analyser::kCross);
   }
 
-  double light_in(const Frame& f) const {
+  Vec3 light_in(const Frame& f) const {
     return mean_light(photographs_.at(&f),
                       f.camera == "left" ? burst_.pixels : burst_.right_pixels);
   }
 
-  // Is there light in every photograph that should have some?
+  // What of the light that a photograph should have it has not: "", "light", "green light".
+  std::string missing_light(const Frame& frame) const {
+    static constexpr std::array<const char*, 3> kChannels{"red", "green", "blue"};
+    const Frame* all_of_it = whole_light(frame);
+    const Vec3 light = light_in(frame), whole = light_in(*all_of_it);
+    if (mean(whole) <= kLeastLight) return &frame == all_of_it ? "light" : "";  // that one is named
+    if (mean(light) <= kLeastShare * mean(whole)) return "light";
+    for (int c = 0; c < 3; ++c) {
+      if (light[c] <= kLeastOfColour * mean(light))
+        return kChannels[size_t(c)] + std::string(" light");
+    }
+    return "";
+  }
+
+  // Is there light in every photograph that should have some, and of every colour?
   bool lit() {
-    std::string dark;
+    std::map<std::pair<std::string, std::string>, std::vector<std::string>> dark;
+    std::map<std::string, size_t> lit_frames;  // that should be, by camera
     for (const auto& [frame, photograph] : photographs_) {
       if (frame->role == Role::kBlack || frame->role == Role::kAmbient) continue;
-      const double whole = light_in(*whole_light(*frame));
-      if (whole > kLeastLight && light_in(*frame) > kLeastShare * whole) continue;
-      if (whole <= kLeastLight && frame != whole_light(*frame)) continue;  // that one is named
-      dark += (dark.empty() ? "" : ", ") + name_of(*frame);
+      ++lit_frames[frame->camera];
+      const std::string missing = missing_light(*frame);
+      if (!missing.empty()) dark[{missing, frame->camera}].push_back(name_of(*frame));
+    }
+    std::string text;
+    for (const auto& [what, names] : dark) {
+      const auto& [missing, camera] = what;
+      const bool all = names.size() == lit_frames[camera];
+      text += (text.empty() ? "no " : ", no ") + missing + " in ";
+      text += all ? "any photograph of the " + camera + " camera"
+                  : fmt::format("{}", fmt::join(names, ", "));
     }
     if (dark.empty()) {
-      line(Grade::kGood, "light", "in every photograph that should have some");
+      line(Grade::kGood, "light", "of every colour in every photograph that should have some");
     } else {
-      line(Grade::kUnusable, "light", "no light in " + dark + "; take the burst again");
+      line(Grade::kUnusable, "light", text + "; take the burst again");
     }
     return dark.empty();
   }
 
+  // Of the frames that `belongs` takes: in any of them, and which has most.
+  template <class Belongs>
+  void clipped_in(const std::string& name, const std::vector<cv::Point>& pixels,
+                  const std::string& of, const Belongs& belongs) {
+    std::vector<const Photograph*> all, vital;
+    const Frame* worst = nullptr;
+    double most = 0;
+    for (const auto& [frame, photograph] : photographs_) {
+      if (!belongs(*frame)) continue;
+      all.push_back(&photograph);
+      if (is_vital(*frame)) vital.push_back(&photograph);
+      const double figure = clipped_share({&photograph}, pixels);
+      if (figure < most || figure == 0) continue;
+      if (figure == most && name_of(*worst) < name_of(*frame)) continue;
+      worst = frame;
+      most = figure;
+    }
+    share(name, clipped_share(all, pixels), kMostClipped, of);
+    CheckLine& line = lines_.back();
+    if (line.grade == Grade::kGood) return;
+    if (!(clipped_share(vital, pixels) > kHopeless)) line.grade = Grade::kPoor;
+    line.text +=
+        fmt::format(", most in {} ({:.2f} %); expose it less", name_of(*worst), 100 * most);
+  }
+
+  // A burst without the others still tells shape, normals and albedos.
+  bool is_vital(const Frame& f) const {
+    const int finest = int(session_.patterns.fringe_periods.size()) - 1;
+    if (f.camera != "left" || f.role == Role::kDots || f.role == Role::kBlack) return false;
+    return f.role != Role::kFringe || f.index == finest;
+  }
+
   void clipping() {
-    const auto& b = burst_;
-    share("clipped, LEDs",
-          clipped_share(
-              {&b.full_parallel, &b.full_cross, &b.gradient[0], &b.gradient[1], &b.gradient[2]},
-              b.pixels),
-          kMostClipped, "of labelled pixels");
-    std::vector<const Photograph*> projected{&b.front_parallel, &b.front_cross, &b.stripes[0],
-                                             &b.stripes[1],     &b.stripes[2],  &b.stripes[3]};
-    if (has_fringes_) projected.push_back(&b.finest_fringe);
-    share("clipped, projector", clipped_share(projected, b.pixels), kMostClipped,
-          "of labelled pixels");
+    const auto by_leds = [](const Frame& f) {
+      return f.role <= Role::kGradientZ || f.role == Role::kAmbient;
+    };
+    clipped_in("clipped, LEDs", burst_.pixels, "of labelled pixels",
+               [&](const Frame& f) { return f.camera == "left" && by_leds(f); });
+    clipped_in("clipped, projector", burst_.pixels, "of labelled pixels",
+               [&](const Frame& f) { return f.camera == "left" && !by_leds(f); });
+    if (burst_.right_pixels.empty()) return;
+    clipped_in("clipped, right camera", burst_.right_pixels, "of lit pixels",
+               [](const Frame& f) { return f.camera == "right"; });
   }
 
   void signal(const std::string& name, const Photograph& photograph, const Frame& frame,

@@ -72,8 +72,13 @@ std::vector<cv::Point> pixels_to_check(const Labels& labels, const Image3& front
   return some;
 }
 
-double mean_light(const Photograph& photograph, const std::vector<cv::Point>& pixels) {
-  return mean_over(pixels, [&](const cv::Point& p) { return mean(photograph.radiance(p)); });
+Vec3 mean_light(const Photograph& photograph, const std::vector<cv::Point>& pixels) {
+  Vec3 light;
+  for (int c = 0; c < 3; ++c) {
+    light[c] =
+        float(mean_over(pixels, [&](const cv::Point& p) { return photograph.radiance(p)[c]; }));
+  }
+  return light;
 }
 
 double clipped_share(const std::vector<const Photograph*>& photographs,

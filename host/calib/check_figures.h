@@ -24,8 +24,8 @@ struct CheckedBurst {
 // Labelled pixels; where the session has no labels, those that FRONT cross lights well.
 std::vector<cv::Point> pixels_to_check(const Labels& labels, const Image3& front_cross);
 
-// Mean radiance over pixels and channels.
-double mean_light(const Photograph& photograph, const std::vector<cv::Point>& pixels);
+// Mean radiance over pixels, per channel.
+Vec3 mean_light(const Photograph& photograph, const std::vector<cv::Point>& pixels);
 
 // Share of pixels clipped in any of them.
 double clipped_share(const std::vector<const Photograph*>& photographs,

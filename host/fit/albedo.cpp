@@ -19,7 +19,8 @@ Albedo fit_albedo(const Burst& burst, const Geometry& geometry, const Normals& n
   parallel_for(size.height, [&](int y) {
     for (int x = 0; x < size.width; ++x) {
       if (!burst.regions(y, x) || !is_finite(geometry.position_mm(y, x))) continue;
-      const TotalAtPixel whole = total.from_leds(y, x);
+      const bool clipped = is_clipped(burst.clipped_led_cross, y, x);
+      const TotalAtPixel whole = clipped ? total.from_both(y, x) : total.from_leds(y, x);
       albedo.total(y, x) = whole.albedo;
       albedo.confidence(y, x) = 1 / (1 + whole.sigma / kSigmaAtHalfConfidence);
     }

@@ -71,6 +71,16 @@ Mask binned_mask(const Mask& mask, int bin_px) {
   return binned_bytes(mask, bin_px, [](const auto& count) { return count[255] ? 255 : 0; });
 }
 
+cv::Mat3b binned_channels(const cv::Mat3b& channels, int bin_px) {
+  if (channels.empty()) return {};
+  std::array<Mask, 3> planes;
+  cv::split(channels, planes.data());
+  for (Mask& plane : planes) plane = binned_mask(plane, bin_px);
+  cv::Mat3b out;
+  cv::merge(planes.data(), planes.size(), out);
+  return out;
+}
+
 Labels binned_labels(const Labels& labels, int bin_px) {
   return binned_bytes(labels, bin_px, [](const auto& count) {
     return std::max_element(count.begin(), count.end()) - count.begin();
@@ -175,6 +185,13 @@ void make_unit(Image3* map) {
 
 }  // namespace
 
+int resolving_bin_px(const Session& session, int asked) {
+  const PatternScale scale = pattern_scale(session);
+  const double most = std::min(scale.stripe_px / kLeastBlockScale.stripe_px,
+                               scale.dot_px / kLeastBlockScale.dot_px);
+  return std::clamp(int(std::min(most, double(asked))), 1, asked);
+}
+
 Session binned_session(const Session& session, int bin_px) {
   Session out = session;
   out.left = binned_camera(session.left, bin_px);
@@ -185,13 +202,6 @@ Session binned_session(const Session& session, int bin_px) {
 Burst binned_burst(const Burst& burst, const Session& session, int bin_px) {
   Burst out = burst;
   out.session = &session;
-int resolving_bin_px(const Session& session, int asked) {
-  const PatternScale scale = pattern_scale(session);
-  const double most = std::min(scale.stripe_px / kLeastBlockScale.stripe_px,
-                               scale.dot_px / kLeastBlockScale.dot_px);
-  return std::clamp(int(std::min(most, double(asked))), 1, asked);
-}
-
   for (AnalyserPair* pair :
        {&out.full, &out.gradient[0], &out.gradient[1], &out.gradient[2], &out.front}) {
     *pair = binned(*pair, bin_px);
@@ -203,8 +213,11 @@ int resolving_bin_px(const Session& session, int asked) {
   for (Image3& image : out.stripes) image = binned(image, bin_px);
   for (Image3& image : out.right_fringe) image = binned(image, bin_px);
   out.regions = binned_labels(burst.regions, bin_px);
-  out.clipped_led = binned_mask(burst.clipped_led, bin_px);
-  out.clipped_projector = binned_mask(burst.clipped_projector, bin_px);
+  out.clipped_led_cross = binned_channels(burst.clipped_led_cross, bin_px);
+  for (Mask* mask : {&out.clipped_led, &out.clipped_projector, &out.clipped_dots,
+                     &out.clipped_stripes, &out.clipped_fringe, &out.clipped_right}) {
+    *mask = binned_mask(*mask, bin_px);
+  }
   for (NoiseModel* noise : {&out.led_noise, &out.projector_noise, &out.right_noise}) {
     bin_noise(noise, bin_px);
   }

@@ -12,13 +12,13 @@ namespace lamella::fit {
 namespace {
 
 constexpr double kQuantisationSteps = 4095;  // 12 bits over the saturation, as the format says
+constexpr double kClippedShare = 1 - 1e-5;   // of the saturation, after two roundings
 constexpr double kLitShare = 0.05;           // of the bright end: darker than this is background
 
 // Where one photograph of the burst goes.
 struct Slot {
   const Frame* frame;
   Image3* image;
-  Mask* clipped;
 };
 
 bool is_projector_lit(Role role) {
@@ -69,12 +69,12 @@ class Reader {
 
   void add(const std::string& camera, Role role, int index, Analyser analyser, Image3* image) {
     if (const Frame* frame = session_.find(camera, role, index, analyser)) {
-      slots_.push_back({frame, image, nullptr});
+      slots_.push_back({frame, image});
     }
   }
 
-  // Fills every image; ORs the clipped pixels of the left camera into the two masks.
-  void take(const Photographs& photographs, Mask* clipped_led, Mask* clipped_projector) {
+  // Fills every image, and the burst's masks of clipped pixels.
+  void take(const Photographs& photographs, Burst* burst) {
     std::vector<Mask> clipped(slots_.size());
     parallel_for(int(slots_.size()), [&](int slot) {
       const size_t i = size_t(slot);
@@ -85,17 +85,51 @@ class Reader {
       }
       clipped[i] = photograph.clipped;
     });
-    const cv::Size size(session_.left.width, session_.left.height);
-    *clipped_led = Mask(size, 0);
-    *clipped_projector = Mask(size, 0);
     for (size_t i = 0; i < slots_.size(); ++i) {
-      if (clipped[i].empty() || slots_[i].frame->camera != "left") continue;
-      Mask* to = is_projector_lit(slots_[i].frame->role) ? clipped_projector : clipped_led;
-      cv::bitwise_or(*to, clipped[i], *to);
+      if (clipped[i].empty()) continue;
+      const Frame& frame = *slots_[i].frame;
+      for (Mask* mask : masks_of(frame, burst)) add(clipped[i], mask);
+      const bool by_leds = !is_projector_lit(frame.role);
+      if (by_leds && frame.camera == "left" && frame.analyser == Analyser::kCross) {
+        add_channels(frame, photographs.at(&frame), &burst->clipped_led_cross);
+      }
     }
   }
 
  private:
+  // What is not measured where this frame is clipped.
+  std::vector<Mask*> masks_of(const Frame& frame, Burst* burst) const {
+    const int finest = int(session_.patterns.fringe_periods.size()) - 1;
+    if (frame.role == Role::kFringe && frame.index != finest) return {};  // counts turns alone
+    if (frame.camera != "left") return {&burst->clipped_right};
+    if (frame.role == Role::kFringe) return {&burst->clipped_fringe};
+    if (frame.role == Role::kDots) return {&burst->clipped_dots};
+    if (frame.role == Role::kStripes) return {&burst->clipped_stripes};
+    if (is_projector_lit(frame.role)) return {&burst->clipped_projector};
+    return {&burst->clipped_led};
+  }
+
+  // Which channels are at the sensor's end; all, where none can be told to be.
+  void add_channels(const Frame& frame, const Photograph& photograph, cv::Mat3b* to) const {
+    if (to->empty()) *to = cv::Mat3b(photograph.clipped.size(), cv::Vec3b(0, 0, 0));
+    const Vec3 end = frame.radiance_scale * float(kClippedShare * session_.left.saturation);
+    parallel_for(to->rows, [&](int y) {
+      for (int x = 0; x < to->cols; ++x) {
+        if (!photograph.clipped(y, x)) continue;
+        const Vec3& v = photograph.radiance(y, x);
+        const bool any = v[0] >= end[0] || v[1] >= end[1] || v[2] >= end[2];
+        for (int c = 0; c < 3; ++c) {
+          if (!any || v[c] >= end[c]) (*to)(y, x)[c] = 255;
+        }
+      }
+    });
+  }
+
+  static void add(const Mask& clipped, Mask* to) {
+    if (to->empty()) *to = Mask(clipped.size(), 0);
+    cv::bitwise_or(*to, clipped, *to);
+  }
+
   const Session& session_;
   std::vector<Slot> slots_;
 };
@@ -293,7 +327,7 @@ Burst linearise(const Session& session, const TriangleMesh* mesh, Photographs re
     reader.add("right", Role::kFront, 0, Analyser::kCross, &burst.right_front_lit);
     reader.add("right", Role::kBlack, 0, Analyser::kCross, &right_black);
   }
-  reader.take(photographs, &burst.clipped_led, &burst.clipped_projector);
+  reader.take(photographs, &burst);
 
   remove_ambient(&burst, ambient);
   set_regions(session, &burst);

@@ -47,6 +47,7 @@ struct Burst {
   AnalyserPair full;                     // GRADIENT_FULL
   std::array<AnalyserPair, 3> gradient;  // GRADIENT_X, _Y, _Z
   Mask clipped_led;                      // clipped in any LED frame
+  cv::Mat3b clipped_led_cross;           // each channel, in any LED frame through CROSS
 
   // Projector lit, left camera. `front` still holds the projector's black level (white is
   // b + (1 - b) = 1); every other pattern has it removed, so that its light is (1 - b) x pattern.
@@ -63,13 +64,22 @@ struct Burst {
   PatternPlace dots_place;
   std::array<PatternPlace, 4> stripes_place;
 
-  Mask clipped_projector;
+  Mask clipped_projector;                              // in FRONT or BLACK
+  Mask clipped_dots, clipped_stripes, clipped_fringe;  // in these; of FRINGE the finest
   float black_level = 0;  // b, estimated: BLACK over FRONT cross, both summed over the subject
 
   // Right camera; empty where there is none, or a mesh.
   std::vector<Image3> right_fringe;  // cross - black
   Image3 right_front_lit;
+  Mask clipped_right;  // in the finest FRINGE, FRONT or BLACK
 };
+
+// Masks of clipped pixels are empty where none is.
+inline bool is_clipped(const Mask& mask, int y, int x) { return !mask.empty() && mask(y, x); }
+inline bool is_clipped(const Mask& mask, const cv::Point& p) { return is_clipped(mask, p.y, p.x); }
+inline bool is_clipped(const cv::Mat3b& mask, int y, int x) {
+  return !mask.empty() && mask(y, x) != cv::Vec3b(0, 0, 0);
+}
 
 // Reads all frames (in parallel) that are not `read` yet. Throws Error that names file and field,
 // or with the reason of `check` where it calls the photographs unusable. `mesh`: none where the

@@ -18,6 +18,8 @@ struct Width {
 constexpr Width kWidths[] = {{0.5f, 4}, {3, 20}, {8, 40}};
 constexpr float kQuietRad = 0.012f;   // of noise in a normal: less is not worth a wider average
 constexpr float kNoiseMargin = 1.2f;  // the energy of some pixels' noise is itself uncertain
+// Of a clipped pixel in an average: its neighbours speak for it, where it has any that are not.
+constexpr float kClippedWeight = 1e-3f;
 constexpr float kEnergyWidth = 1.6f;  // of the wider average's
 
 struct Average {
@@ -39,6 +41,10 @@ cv::Mat_<DiffuseMoments> raw_moments(const Burst& burst, const Image1& distance_
       for (int a = 0; a < 3; ++a) {
         const Vec3 g = burst.gradient[size_t(a)].cross(y, x) * 4.f - full;
         for (int c = 0; c < 3; ++c) m[4 * c + 1 + a] = g[c];
+      }
+      for (int c = 0; c < 3 && is_clipped(burst.clipped_led_cross, y, x); ++c) {
+        if (!burst.clipped_led_cross(y, x)[c]) continue;
+        for (int i = 4 * c; i < 4 * c + 4; ++i) m[i] *= kClippedWeight;
       }
     }
   });

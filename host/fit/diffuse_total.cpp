@@ -17,7 +17,8 @@ constexpr int kCeilingStep_px = 3;
 constexpr float kKnownSigma = 0.03f;
 constexpr size_t kFewestKnown = 100;
 constexpr float kAboveKnown = 1.2f;
-constexpr float kDarkest = 1e-4f;  // albedo whose logarithm is still taken
+constexpr float kClippedError = 10;  // relative: next to the other light, no weight
+constexpr float kDarkest = 1e-4f;    // albedo whose logarithm is still taken
 
 float relative_variance(float variance, float radiance) {
   const float lit = std::max(radiance, kDarkest);
@@ -83,6 +84,7 @@ TotalAtPixel DiffuseTotal::from_leds(int y, int x) const {
     total.noise_variance[c] = relative_variance(burst_.led_noise.variance(radiance), radiance);
   }
   total.sigma = kLedError + kShadeError * (1 - visible) / visible;
+  if (is_clipped(burst_.clipped_led_cross, y, x)) total.sigma += kClippedError;
   limit(y, x, &total);
   return total;
 }
@@ -94,6 +96,7 @@ TotalAtPixel DiffuseTotal::from_projector(int y, int x) const {
   const float sine = std::sqrt(std::max(0.f, 1 - clamped * clamped));
   TotalAtPixel total{
       burst_.front_lit(y, x) * (2 / light), kLedError + kNormalError_rad * sine / clamped, {}};
+  if (is_clipped(burst_.clipped_projector, y, x)) total.sigma += kClippedError;
   const float dark = burst_.projector_noise.variance(0);  // of BLACK, which hardly has photons
   for (int c = 0; c < 3; ++c) {
     const float radiance = burst_.front_lit(y, x)[c];

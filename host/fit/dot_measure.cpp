@@ -66,7 +66,10 @@ class DotLight {
 };
 
 bool usable(const Burst& burst, const Geometry& geometry, const Normals& normals, int y, int x) {
-  if (!burst.regions(y, x) || burst.clipped_projector(y, x)) return false;
+  if (!burst.regions(y, x)) return false;
+  if (is_clipped(burst.clipped_projector, y, x) || is_clipped(burst.clipped_dots, y, x)) {
+    return false;
+  }
   const Vec3& n = normals.diffuse[1](y, x);
   if (!is_finite(n) || !is_finite(geometry.position_mm(y, x))) return false;
   return dot(n, geometry.to_projector(y, x)) > kSmallestDotCosine;

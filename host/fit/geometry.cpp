@@ -17,6 +17,7 @@ namespace {
 
 constexpr float kDarkShare = 0.02f;  // of the subject's mean light: darker is not looked at
 constexpr float kDarkSigmas = 6.f;   // of read noise
+constexpr float kClippedSigma_mm = 1;
 
 FringeCode fringe_code(const Session& session, const NoiseModel& noise) {
   return {session.patterns.fringe_periods, double(session.projector.width), noise};
@@ -49,20 +50,37 @@ Camera projector_of_fringes(const Burst& burst) {
   return projector_seen_by_moved(burst.session->projector, burst.fringe_moved_mm);
 }
 
-DepthMap depth_of(const Burst& burst, const Camera& camera, const std::vector<Image3>& fringe,
-                  const Image3& front_lit) {
-  const Mask lit = lit_pixels(front_lit, least_light(burst));
-  const Session& session = *burst.session;
-  const FringeCode code = fringe_code(
-      session, camera.id == session.left.id ? burst.projector_noise : burst.right_noise);
-  const ProjectorColumns columns = decode_columns(fringe, front_lit, lit, code);
-  return measure_depth(camera, projector_of_fringes(burst), columns);
+// What one camera sees of the fringes.
+struct FringeView {
+  const Camera& camera;
+  const std::vector<Image3>& fringe;
+  const Image3& front_lit;
+  const NoiseModel& noise;
+  Mask clipped;  // empty: none
+};
+
+DepthMap depth_of(const Burst& burst, const FringeView& view) {
+  Mask lit = lit_pixels(view.front_lit, least_light(burst));
+  if (!view.clipped.empty()) lit.setTo(0, view.clipped);
+  const FringeCode code = fringe_code(*burst.session, view.noise);
+  const ProjectorColumns columns = decode_columns(view.fringe, view.front_lit, lit, code);
+  return measure_depth(view.camera, projector_of_fringes(burst), columns);
+}
+
+// What fringes say where they, or the white that they are held against, are clipped is better than
+// nothing, and no more.
+void doubt_clipped_fringes(const Burst& burst, DepthMap* depth) {
+  for (const Mask* mask : {&burst.clipped_projector, &burst.clipped_fringe}) {
+    if (!mask->empty()) cv::add(depth->sigma_mm, kClippedSigma_mm, depth->sigma_mm, *mask);
+  }
 }
 
 // By the left camera and the projector.
 DepthMap left_depth(const Burst& burst, const Camera& projector) {
   const Session& session = *burst.session;
-  DepthMap depth = depth_of(burst, session.left, burst.fringe, burst.front_lit);
+  DepthMap depth =
+      depth_of(burst, {session.left, burst.fringe, burst.front_lit, burst.projector_noise, Mask()});
+  doubt_clipped_fringes(burst, &depth);
   const Image1 share = projector_share(burst.front_lit, burst.full.cross, burst.regions > 0);
   doubt_bled_light(session.left, projector, share, &depth);
   return depth;
@@ -76,8 +94,9 @@ DepthMap triangulated_depth(const Burst& burst) {
   parallel_both([&] { depth = left_depth(burst, projector); },
                 [&] {
                   if (!has_right) return;
-                  right =
-                      depth_of(burst, *session.right, burst.right_fringe, burst.right_front_lit);
+                  right = depth_of(burst, {*session.right, burst.right_fringe,
+                                           burst.right_front_lit, burst.right_noise,
+                                           burst.clipped_right});
                 });
   if (has_right) {
     refine_with_right(session.left, *session.right, projector, right, &depth);

@@ -99,7 +99,7 @@ class Weigher {
 
   Evidence from_leds(int y, int x) const {
     const float gain = responses_.led_lobe(y, x);
-    if (!(gain > 0) || burst_.clipped_led(y, x)) return {};
+    if (!(gain > 0) || is_clipped(burst_.clipped_led, y, x)) return {};
     const float share = responses_.led_share(y, x);
     const float open = expected(y, x, gain) / std::max(0.02f, share);
     const float model = square(kLedModelError) + square(kShadowError * (1 - share));
@@ -110,7 +110,7 @@ class Weigher {
 
   Evidence from_front(int y, int x) const {
     const float gain = responses_.front_lobe(y, x);
-    if (!(gain > 0) || burst_.clipped_projector(y, x)) return {};
+    if (!(gain > 0) || is_clipped(burst_.clipped_projector, y, x)) return {};
     const float model =
         square(kFrontModelError) + square(kNormalError * responses_.front_slope(y, x));
     const float single = amplitude(fit(y, x)) * responses_.front_single(y, x);

@@ -56,8 +56,8 @@ std::vector<LedWitness> led_witnesses(const Burst& burst, const Geometry& geomet
         const OcclusionAtNode& o = occlusion[size_t(node)];
         LedWitness& w = all[size_t(node)];
         w.normal = Vec3(kNaN, kNaN, kNaN);
-        if (!burst.regions(p) || burst.clipped_led(p) || o.ambient_visibility < kLeastVisible ||
-            length(o.bend[1]) > kMostBent) {
+        if (!burst.regions(p) || is_clipped(burst.clipped_led, p) ||
+            o.ambient_visibility < kLeastVisible || length(o.bend[1]) > kMostBent) {
           return;
         }
         const Vec3 n = shape_normal(geometry, p, reach_px, px_mm);

@@ -27,7 +27,8 @@ struct Sampler {
   MixtureTable mixture{};
 
   bool usable(int y, int x) const {
-    if (burst.clipped_led(y, x) || burst.clipped_projector(y, x)) return false;
+    if (is_clipped(burst.clipped_led, y, x) || is_clipped(burst.clipped_projector, y, x))
+      return false;
     const Vec3 n = normals.specular(y, x);
     if (!is_finite(n) || !is_finite(geometry.position_mm(y, x))) return false;
     if (dot(n, geometry.to_camera(y, x)) < kLobeMinCosine) return false;
@@ -84,7 +85,8 @@ struct Sampler {
     const cv::Size size = burst.regions.size();
     for (int v = std::max(0, y - kReachPx); v <= std::min(size.height - 1, y + kReachPx); ++v) {
       for (int u = std::max(0, x - kReachPx); u <= std::min(size.width - 1, x + kReachPx); ++u) {
-        if (burst.regions(v, u) != burst.regions(y, x) || burst.clipped_led(v, u)) continue;
+        if (burst.regions(v, u) != burst.regions(y, x) || is_clipped(burst.clipped_led, v, u))
+          continue;
         sum += double(mean(burst.full.parallel(v, u) - burst.full.cross(v, u)));
         front_cross += burst.front.cross(v, u);
         full_cross += burst.full.cross(v, u);

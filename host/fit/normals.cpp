@@ -17,6 +17,7 @@ namespace {
 
 constexpr float kTrustInBend = 0.15f;            // share of the correction that may be wrong
 constexpr float kErrorAtHalfConfidence = 0.05f;  // rad
+constexpr float kClippedConfidence = 0.01f;      // a weight still
 constexpr float kLeastNormalSigma = 0.06f;       // rad, where shadows and bounces do not matter
 constexpr float kNormalSigma = 2;                // times the error that confidence speaks of
 constexpr float kHeldSigmaMm = 0.6f;             // less sure than this, a depth is only evidence
@@ -148,6 +149,15 @@ void invert_pixels(const DiffuseField& field, Normals* n) {
   });
 }
 
+template <class Masks>
+void doubt_clipped(const Masks& clipped, Image1* confidence) {
+  parallel_for(confidence->rows, [&](int y) {
+    for (int x = 0; x < confidence->cols; ++x) {
+      if (is_clipped(clipped, y, x)) (*confidence)(y, x) = kClippedConfidence;
+    }
+  });
+}
+
 // 2 G - C of a gradient that is too bright by its gain.
 void mend_gradients(const LedGains& gains, cv::Mat_<DiffuseMoments>* moments) {
   parallel_for(moments->rows, [&](int y) {
@@ -245,6 +255,7 @@ Normals estimate_normals(const Burst& burst, Geometry* geometry) {
     look_at_shadows(burst.quality.occlusion_rounds);
   }
   invert_pixels(field, &n);
+  doubt_clipped(burst.clipped_led_cross, &n.diffuse_confidence);
   const Image3 to_camera = geometry->to_camera;
   parallel_both([&] { merge_with_normals(burst, n, geometry); },
                 [&] {
@@ -252,6 +263,7 @@ Normals estimate_normals(const Burst& burst, Geometry* geometry) {
                                                    {to_camera, distance_mm, px_mm}, n.diffuse[2]);
                 });
   n.specular_confidence = n.diffuse_confidence.clone();
+  doubt_clipped(burst.clipped_led, &n.specular_confidence);
   return n;
 }
 

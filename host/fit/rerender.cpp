@@ -53,8 +53,8 @@ class Rerenderer {
     AllSums sums;
     for (int x = 0; x < burst_.regions.cols; ++x) {
       if (!burst_.regions(y, x) || !is_finite(layers_.geometry.position_mm(y, x))) continue;
-      if (!burst_.clipped_projector(y, x)) add_front(y, x, &sums);
-      if (!burst_.clipped_led(y, x)) add_full(y, x, &sums);
+      if (!is_clipped(burst_.clipped_projector, y, x)) add_front(y, x, &sums);
+      if (!is_clipped(burst_.clipped_led, y, x)) add_full(y, x, &sums);
     }
     return sums;
   }

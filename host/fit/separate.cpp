@@ -36,6 +36,11 @@ constexpr int kParts = 16;
 using BinsPerChannel = std::array<StripeBins, 3>;
 using Shapes = std::vector<std::array<StripeShape, 3>>;  // by label - 1
 
+// Whether no sample of the pixel is clipped.
+bool has_whole_stripes(const Burst& burst, int y, int x) {
+  return !is_clipped(burst.clipped_projector, y, x) && !is_clipped(burst.clipped_stripes, y, x);
+}
+
 class Stripes {
  public:
   Stripes(const Burst& burst, const Geometry& geometry, const Normals& normals)
@@ -77,7 +82,7 @@ class Stripes {
     cv::Mat_<Vec2> sums(burst_.regions.size(), Vec2(0, 0));
     parallel_for(burst_.regions.rows, [&](int y) {
       for (int x = 0; x < burst_.regions.cols; ++x) {
-        if (measured(y, x) && !burst_.clipped_projector(y, x)) sums(y, x) = wave(y, x);
+        if (measured(y, x) && has_whole_stripes(burst_, y, x)) sums(y, x) = wave(y, x);
       }
     });
     cv::boxFilter(sums, sums, -1, cv::Size(kPhaseWindow_px, kPhaseWindow_px));
@@ -97,7 +102,7 @@ class Stripes {
     parallel_for(kParts, [&](int part) {
       for (int y = part; y < burst_.regions.rows; y += kParts) {
         for (int x = 0; x < burst_.regions.cols; ++x) {
-          if (!measured(y, x) || burst_.clipped_projector(y, x)) continue;
+          if (!measured(y, x) || !has_whole_stripes(burst_, y, x)) continue;
           add_pixel(y, x, &parts[size_t(part)]);
         }
       }
@@ -124,7 +129,7 @@ class Stripes {
     const float lit = burst_.front_lit(y, x)[channel];
     const float prior = 1 / (kSwingSpread * kSwingSpread);
     float top = shape.swing(row) * prior, bottom = prior, noise = 0;
-    if (lit > kShadow) {
+    if (lit > kShadow && has_whole_stripes(burst_, y, x)) {
       for (size_t k = 0; k < 4; ++k) {
         const int column = place[int(k) + 1];
         const float g = shape.at(row, column);
@@ -222,7 +227,7 @@ double closure(const Burst& burst) {
   std::vector<cv::Vec2d> rows(size_t(burst.regions.rows), cv::Vec2d(0, 0));  // sum, count
   parallel_for(burst.regions.rows, [&](int y) {
     for (int x = 0; x < burst.regions.cols; ++x) {
-      if (!burst.regions(y, x) || burst.clipped_projector(y, x)) continue;
+      if (!burst.regions(y, x) || !has_whole_stripes(burst, y, x)) continue;
       for (int c = 0; c < 3; ++c) {
         const float lit = burst.front_lit(y, x)[c];
         if (lit < 10 * kShadow) continue;

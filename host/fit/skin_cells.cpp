@@ -69,7 +69,8 @@ class CellMaker {
  private:
   bool is_seen_well(int y, int x) const {
     const Vec3& n = normals_.specular(y, x);
-    if (!burst_.regions(y, x) || burst_.clipped_led(y, x) || !is_finite(n)) return false;
+    if (!burst_.regions(y, x) || is_clipped(burst_.clipped_led, y, x) || !is_finite(n))
+      return false;
     if (!is_finite(geometry_.position_mm(y, x))) return false;
     return dot(n, geometry_.to_camera(y, x)) > kFrontal &&
            dot(n, geometry_.to_projector(y, x)) > kFrontal &&

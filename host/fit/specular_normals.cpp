@@ -31,6 +31,7 @@ cv::Mat_<SpecularMoments> specular_moments(const Burst& burst, const Image1& dis
         const AnalyserPair& g = burst.gradient[a];
         moments(y, x)[int(a) + 1] = 2 * mean(g.parallel(y, x) - g.cross(y, x)) - full;
       }
+      if (is_clipped(burst.clipped_led, y, x)) moments(y, x) *= 0;
     }
   });
   return moments;
@@ -80,7 +81,7 @@ Detail measure_detail(const Burst& burst, const SurfaceView& view, const Surface
   Detail detail{Image3(raw.size(), Vec3(0, 0, 0)), Image2(raw.size(), Vec2(0, 0))};
   parallel_for(raw.rows, [&](int y) {
     for (int x = 0; x < raw.cols; ++x) {
-      if (std::isnan(view.distance_mm(y, x)) || burst.clipped_led(y, x)) continue;
+      if (std::isnan(view.distance_mm(y, x)) || is_clipped(burst.clipped_led, y, x)) continue;
       const Specular sharp = specular_normal(fine(y, x), view.to_camera(y, x));
       const Specular blunt = specular_normal(coarse(y, x), view.to_camera(y, x));
       if (sharp.per_moment == 0 || blunt.per_moment == 0) continue;

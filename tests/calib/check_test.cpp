@@ -54,6 +54,13 @@ class Check : public ::testing::Test {
     return worst;
   }
 
+  std::string text_of(const std::string& name) {
+    for (const CheckLine& l : check_session(path()).lines) {
+      if (l.name == name) return l.text;
+    }
+    return "";
+  }
+
   ScratchFolder scratch_;
 };
 
@@ -79,6 +86,53 @@ TEST_F(Check, NoticesClippedLight) {
          [](Image3* i) { (*i)(cv::Rect(8, 8, 8, 8)).setTo(cv::Scalar::all(20)); });
   EXPECT_EQ(grade_of("clipped, LEDs"), Grade::kPoor);
   EXPECT_EQ(grade_of("clipped, projector"), Grade::kGood);
+}
+
+TEST_F(Check, NoticesClippedLightInWhateverFrameItIsAndNamesTheFrame) {
+  struct Case {
+    Role role;
+    int index;
+    Analyser analyser;
+    const char *line, *frame;
+  };
+  const Case cases[] = {
+      {Role::kDots, 0, Analyser::kCross, "clipped, projector", "left DOTS CROSS"},
+      {Role::kBlack, 0, Analyser::kCross, "clipped, projector", "left BLACK CROSS"},
+      {Role::kFringe, 0, Analyser::kCross, "clipped, projector", "left FRINGE 0 CROSS"},
+      {Role::kGradientY, 0, Analyser::kParallel, "clipped, LEDs", "left GRADIENT_Y PARALLEL"}};
+  for (const Case& c : cases) {
+    testing::write_fake_session(path());
+    change(c.role, c.index, c.analyser,
+           [](Image3* i) { (*i)(cv::Rect(8, 8, 8, 8)).setTo(cv::Scalar::all(20)); });
+    EXPECT_EQ(grade_of(c.line), Grade::kPoor) << c.frame;
+    EXPECT_NE(text_of(c.line).find(std::string("most in ") + c.frame), std::string::npos)
+        << text_of(c.line);
+  }
+}
+
+TEST_F(Check, NoticesClippedLightOfTheRightCamera) {
+  const Session session = read_session(path());
+  const fs::path file = path() / session.find("right", Role::kFringe, 1, Analyser::kCross)->file;
+  Image3 image = read_exr_rgb(file);
+  image(cv::Rect(8, 8, 8, 8)).setTo(cv::Scalar::all(20));
+  write_exr_rgb(file, image);
+  EXPECT_EQ(grade_of("clipped, right camera"), Grade::kPoor);
+  EXPECT_EQ(grade_of("clipped, projector"), Grade::kGood);
+}
+
+TEST_F(Check, NamesAColourThatAPhotographLacks) {
+  const auto without_green = [](Image3* i) {
+    for (Vec3& v : *i) v[1] = 0;
+  };
+  change(Role::kDots, 0, Analyser::kCross, without_green);
+  ASSERT_NE(check_session(path()).reason(), nullptr);
+  EXPECT_EQ(text_of("light"), "no green light in left DOTS CROSS; take the burst again");
+  const Session session = read_session(path());
+  for (const Frame& frame : session.frames) {
+    if (frame.camera == "left") change(frame.role, frame.index, frame.analyser, without_green);
+  }
+  EXPECT_EQ(text_of("light"),
+            "no green light in any photograph of the left camera; take the burst again");
 }
 
 TEST_F(Check, NoticesUnderexposure) {
@@ -136,6 +190,17 @@ TEST_F(Check, FindsAProjectorAtThePlaceOfTheOnlyCamera) {
   EXPECT_EQ(grade_of("baseline"), Grade::kUnusable);
 }
 
+TEST_F(Check, FindsPatternsThatThePixelsAreTooCoarseFor) {
+  EXPECT_EQ(grade_of("period of the stripes"), Grade::kGood);
+  EXPECT_EQ(grade_of("diameter of the dots"), Grade::kGood);
+  change_rig([](v1::Rig* rig) {
+    rig->mutable_projector()->set_fx(1.5 * rig->projector().fx());
+    rig->mutable_projector()->set_fy(1.5 * rig->projector().fy());
+  });
+  EXPECT_EQ(grade_of("period of the stripes"), Grade::kPoor);
+  EXPECT_EQ(grade_of("diameter of the dots"), Grade::kPoor);
+}
+
 TEST_F(Check, AsksForNoBaselineWhereAMeshTellsTheShape) {
   const std::vector<CheckLine> lines = check_rig(read_session(path()), ShapeFrom::kMesh);
   EXPECT_FALSE(lines.empty());
@@ -190,17 +255,6 @@ TEST_F(Check, FindsLedsThatAreAllBehindTheSubject) {
   });
   EXPECT_EQ(grade_of("LEDs"), Grade::kUnusable);
 }
-TEST_F(Check, FindsPatternsThatThePixelsAreTooCoarseFor) {
-  EXPECT_EQ(grade_of("period of the stripes"), Grade::kGood);
-  EXPECT_EQ(grade_of("diameter of the dots"), Grade::kGood);
-  change_rig([](v1::Rig* rig) {
-    rig->mutable_projector()->set_fx(1.5 * rig->projector().fx());
-    rig->mutable_projector()->set_fy(1.5 * rig->projector().fy());
-  });
-  EXPECT_EQ(grade_of("period of the stripes"), Grade::kPoor);
-  EXPECT_EQ(grade_of("diameter of the dots"), Grade::kPoor);
-}
-
 
 TEST_F(Check, NoticesAnAnalyserThatStoodTheWrongWayRound) {
   Image3 parallel;

@@ -133,7 +133,7 @@ TEST(Dots, RegionWithoutOneBorrowsItsNeighboursAndSaysSo) {
 
 TEST(Dots, WithoutAnyTheLengthIsUnknownAndSaysWhy) {
   LitPlane plane = dotted_plane();
-  plane.burst.clipped_projector.setTo(255);
+  plane.burst.clipped_dots = Mask(testing::kHeight, testing::kWidth, uchar(255));
   Separation separation = even_separation();
   const Scattering fit =
       fit_scattering(plane.burst, plane.geometry, plane.normals, LayerUse::kAuto, &separation);

@@ -42,6 +42,25 @@ TEST(Geometry, PutsASphereWhereItIs) {
   EXPECT_LT(testing::quantile(errors, 0.9), 0.3f);
 }
 
+TEST(Geometry, TakesNothingFromFringesThatAreClipped) {
+  const Session session = testing::make_session();
+  const Shape shape = testing::sphere(60);
+  Burst burst = testing::photograph(session, shape);
+  const cv::Rect left(60, 90, 6, 6), right(80, 90, 40, 40);
+  burst.clipped_fringe = burst.clipped_right = Mask(burst.regions.size(), 0);
+  burst.clipped_fringe(left).setTo(255);
+  burst.clipped_right(right).setTo(255);
+  burst.fringe.back() = burst.fringe.back().clone();
+  burst.fringe.back()(left) *= 0.5;
+  burst.right_fringe.back() = burst.right_fringe.back().clone();
+  burst.right_fringe.back()(right).setTo(cv::Scalar(.2, .15, .05));
+  const Geometry geometry = reconstruct_geometry(burst);
+  EXPECT_GT(cv::mean(geometry.sigma_mm(left))[0], 0.3);
+  const auto errors = errors_mm(burst, geometry, shape);
+  EXPECT_LT(testing::quantile(errors, 0.5), 0.06f);
+  EXPECT_LT(testing::quantile(errors, 0.9), 0.35f);
+}
+
 TEST(Geometry, NeedsNoRightCamera) {
   Session session = testing::make_session();
   session.right.reset();

@@ -50,6 +50,25 @@ TEST(Normals, AreRightWithNearLedsAndAGapAmongThem) {
   EXPECT_LT(testing::quantile(errors_deg(burst, n.diffuse[1], shape), 0.5), 0.4f);
 }
 
+TEST(Normals, AreTheirNeighboursWhereAGradientIsClippedAndHardlyBelieved) {
+  const Session session = testing::make_session();
+  const Shape shape = testing::sphere(60);
+  Burst burst = testing::photograph(session, shape);
+  const cv::Rect speck(90, 100, 3, 3);
+  burst.clipped_led_cross = cv::Mat3b(burst.regions.size(), cv::Vec3b(0, 0, 0));
+  burst.clipped_led_cross(speck).setTo(cv::Scalar::all(255));
+  burst.gradient[0].cross(speck) *= 0.6;
+  Geometry geometry = reconstruct_geometry(burst);
+  const Normals n = estimate_normals(burst, &geometry);
+  for (int y = speck.y; y < speck.y + 3; ++y) {
+    for (int x = speck.x; x < speck.x + 3; ++x) {
+      const auto truth = shape(session.left.centre_mm(), session.left.ray(x, y));
+      EXPECT_LT(testing::angle_deg(n.diffuse[1](y, x), truth->normal), 1.5f) << x << ", " << y;
+      EXPECT_LT(n.diffuse_confidence(y, x), 0.05f);
+    }
+  }
+}
+
 // What the LEDs light, with noise of this share of full light; the projector's photographs stay.
 Burst noisy(Burst burst, float share) {
   const NoiseModel noise{0, double(share) * double(share)};

@@ -135,6 +135,21 @@ TEST(Separation, IsLessSureOfTheDeepAlbedoWhereMostLightIsShallow) {
   EXPECT_GT(mean_over_skin(most.confidence), 0.95 * mean_over_skin(least.confidence));
 }
 
+TEST(Separation, TakesNothingFromAStripeThatIsClipped) {
+  const LitPlane plane = striped_plane(Vec3(.3f, .2f, .15f));
+  LitPlane dazzled = striped_plane(Vec3(.3f, .2f, .15f));
+  const cv::Rect patch(60, 60, 30, 30);
+  dazzled.burst.clipped_stripes = Mask(testing::kHeight, testing::kWidth, uchar(0));
+  dazzled.burst.clipped_stripes(patch).setTo(255);
+  for (Image3& image : dazzled.burst.stripes) image(patch).setTo(cv::Scalar(.12, .08, .06));
+  const Separation sees = separate_layers(plane.burst, plane.geometry, plane.normals);
+  const Separation lacks = separate_layers(dazzled.burst, dazzled.geometry, dazzled.normals);
+  const double truth = cv::mean(sees.shallow_albedo(patch))[1];
+  EXPECT_NEAR(cv::mean(lacks.shallow_albedo(patch))[1] / truth, 1, 0.03);
+  EXPECT_LT(cv::mean(lacks.confidence(patch))[0], 0.7 * cv::mean(sees.confidence(patch))[0]);
+  EXPECT_LT(lacks.closure_rms, 1e-3);
+}
+
 TEST(Separation, BackgroundIsLeftUnknown) {
   LitPlane plane = striped_plane(Vec3(.3f, .2f, .15f));
   plane.burst.regions(10, 10) = 0;
