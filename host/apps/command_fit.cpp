@@ -96,10 +96,15 @@ void print_motion(const v1::Motion& motion) {
   fmt::print("{:<24} {:>8} {:>23} {:>15}\n", "photograph", "time (s)", "moved x y z (mm)",
              "x y (px)");
   for (const v1::FrameMotion& f : motion.frames()) {
-    fmt::print("{:<24} {:>8.3f}   {:>6.3f} {:>6.3f} {:>6.3f}   {:>6.2f} {:>6.2f}\n", f.frame(),
-               f.trigger_us() * 1e-6, f.moved_mm(0), f.moved_mm(1), f.moved_mm(2), f.moved_px(0),
-               f.moved_px(1));
+    fmt::print("{:<24} {:>8.3f}   {:>6} {:>6} {:>6}   {:>6} {:>6}\n", f.frame(),
+               f.trigger_us() * 1e-6, decimals(f.moved_mm(0), 3), decimals(f.moved_mm(1), 3),
+               decimals(f.moved_mm(2), 3), decimals(f.moved_px(0), 2), decimals(f.moved_px(1), 2));
   }
+}
+
+std::string signed_decimals(double value, int digits) {
+  const std::string text = decimals(value, digits);
+  return text.front() == '-' ? text : "+" + text;
 }
 
 void print_led_gains(const v1::LedGains& gains) {
@@ -109,7 +114,7 @@ void print_led_gains(const v1::LedGains& gains) {
     return;
   }
   for (int a = 0; a < 3; ++a) {
-    fmt::print(" {} {:+.2f} +- {:.2f} %,", "XYZ"[a], 100 * gains.gradient(a),
+    fmt::print(" {} {} +- {:.2f} %,", "XYZ"[a], signed_decimals(100 * gains.gradient(a), 2),
                100 * gains.gradient_stddev(a));
   }
   int largest = 0;
@@ -117,10 +122,22 @@ void print_led_gains(const v1::LedGains& gains) {
     if (std::abs(gains.low_order(i)) > std::abs(gains.low_order(largest))) largest = i;
   }
   fmt::print(
-      " gradients over full: {}; largest low order over the sphere {:+.1f} +- {:.1f} %; "
+      " gradients over full: {}; largest low order over the sphere {} +- {:.1f} %; "
       "errors of single LEDs are not observable\n",
       gains.mended() ? "what is beyond three sigmas is mended" : "left as they are",
-      100 * gains.low_order(largest), 100 * gains.low_order_stddev(largest));
+      signed_decimals(100 * gains.low_order(largest), 1), 100 * gains.low_order_stddev(largest));
+}
+
+// Of three channels; a dash where they are not known.
+std::string three(const google::protobuf::RepeatedField<double>& values, int digits) {
+  if (values.size() != 3) return "-";
+  return decimals(values[0], digits) + " " + decimals(values[1], digits) + " " +
+         decimals(values[2], digits);
+}
+
+std::string single_words(const v1::Region& region) {
+  if (!region.has_single()) return "-";
+  return region.layers().single() ? three(region.single().amplitude(), 4) : "not fitted";
 }
 
 void print_summary(const v1::Layers& layers, const fs::path& out, double total_s) {
@@ -129,21 +146,10 @@ void print_summary(const v1::Layers& layers, const fs::path& out, double total_s
   fmt::print("{:<{}} {:>7} {:>17} {:>23} {:>23}\n", "region", width, "m (rad)", "l_d r g b (mm)",
              "alpha_dot r g b", "single r g b");
   for (const v1::Region& r : layers.regions()) {
-    fmt::print("{:<{}}", one_line(r.name()), width);
-    if (r.has_specular()) fmt::print(" {:>7.3f}", r.specular().gaussian_m());
-    if (r.deep().ld_mm_size() == 3) {
-      fmt::print("  {:>5.2f} {:>4.2f} {:>4.2f}", r.deep().ld_mm(0), r.deep().ld_mm(1),
-                 r.deep().ld_mm(2));
-      fmt::print("    {:>6.4f} {:>6.4f} {:>6.4f}", r.deep().alpha_dot(0), r.deep().alpha_dot(1),
-                 r.deep().alpha_dot(2));
-    }
-    if (r.single().amplitude_size() == 3 && r.layers().single()) {
-      fmt::print("    {:>6.4f} {:>6.4f} {:>6.4f}", r.single().amplitude(0), r.single().amplitude(1),
-                 r.single().amplitude(2));
-    } else if (r.has_single()) {
-      fmt::print("    {:>20}", "not fitted");
-    }
-    fmt::print("\n");
+    const bool has_lobe = r.has_specular() && r.specular().has_gaussian_m();
+    fmt::print("{:<{}} {:>7} {:>17} {:>23} {:>23}\n", one_line(r.name()), width,
+               has_lobe ? decimals(r.specular().gaussian_m(), 3) : "-", three(r.deep().ld_mm(), 2),
+               three(r.deep().alpha_dot(), 4), single_words(r));
   }
   print_reasons(layers);
   print_motion(layers.motion());
@@ -163,18 +169,18 @@ bool warn_of_poor_data(const SessionCheck& check) {
   return any;
 }
 
-// A figure at its bound is a figure still, and its deviation says what it is worth; a layer that
-// could not be judged is one that was asked for and is not there. Returns whether there is any.
-bool warn_of_doubt(const std::vector<fit::DoubtedLayer>& doubted) {
-  bool any = false;
-  for (const fit::DoubtedLayer& layer : doubted) {
-    const bool is_below = layer.doubt == fit::Doubt::kNotJudged;
 void tell_notes(const std::vector<std::string>& notes) {
   for (const std::string& note : notes) {
     fmt::print(stderr, "lamella: warning: {}\n", one_line(note));
   }
 }
 
+// A figure at its bound is a figure still, and its deviation says what it is worth; a layer that
+// could not be judged is one that was asked for and is not there. Returns whether there is any.
+bool warn_of_doubt(const std::vector<fit::DoubtedLayer>& doubted) {
+  bool any = false;
+  for (const fit::DoubtedLayer& layer : doubted) {
+    const bool is_below = layer.doubt == fit::Doubt::kNotJudged;
     fmt::print(stderr, "lamella: warning: {}{}\n", is_below ? "below the quality asked: " : "",
                one_line(layer.text));
     any = any || is_below;
@@ -260,13 +266,13 @@ int run_fit(const FitArguments& args) {
     print_summary(fit.layers, out, watch.seconds());
   }
   std::fflush(stdout);
+  tell_notes(fit.notes);
   const bool is_poor = warn_of_poor_data(fit.check);
   return warn_of_doubt(fit.doubted) || is_poor ? 1 : 0;
 }
 
 }  // namespace
 
-  tell_notes(fit.notes);
 void add_fit(const Command& app, int* exit_code) {
   auto args = std::make_shared<FitArguments>();
   const Command command = app.add_command("fit", "Fit the layers of a session");

@@ -197,7 +197,8 @@ MapValues ComparedMaps::truth(const std::string& name, const std::vector<std::st
   const fs::path file = truth_folder / (name + ".exr");
   const std::vector<Image1> planes = read_exr(file, channels);
   if (planes[0].size() != regions.size()) {
-    throw_bad_input(file.string(), "is not of the size of regions.png");
+    throw_bad_input(file.string(), "is not of the size of regions.png",
+                    "take both of the same truth");
   }
   return at_labels(planes, regions);
 }
@@ -221,7 +222,7 @@ ComparedMaps open_maps(const fs::path& found_folder, const fs::path& truth_folde
     if (label) maps.label.push_back(label);
   }
   if (maps.label.empty()) {
-    throw_bad_input(labels.string(), "no pixel is labelled");
+    throw_bad_input(labels.string(), "no pixel is labelled", "give the truth's own label image");
   }
   return maps;
 }
@@ -240,32 +241,35 @@ using Table = std::map<std::string, MapValues>;
 
 constexpr double kLeastAnswered = 0.97;  // as the session format asks
 
+void add_coverage_of(const std::string& name, const Table& found, const Table& truth,
+                     ComparedMaps* maps, Json* figures) {
+  const MapValues& f = found.at(name);
+  if (f.empty()) {
+    (*figures)["coverage"][name] = nullptr;
+    return;
+  }
+  const auto t = truth.find(name);
+  size_t known = 0, asked = 0, answered = 0, infinite = 0;
+  for (size_t i = 0; i < f.channels[0].size(); ++i) {
+    known += f.known(i);
+    for (const auto& channel : f.channels) infinite += std::isinf(channel[i]);
+    if (t == truth.end() || !t->second.known(i)) continue;
+    ++asked;
+    answered += f.known(i);
+  }
+  (*figures)["coverage"][name] = double(known) / double(f.channels[0].size());
+  (*figures)["answered"][name] = number(double(answered) / double(asked));
+  if (double(answered) < kLeastAnswered * double(asked)) {
+    maps->problems.push_back(
+        fmt::format("{}.exr answers {:.1f} % of the labelled pixels, at least {:g} % asked", name,
+                    100 * double(answered) / double(asked), 100 * kLeastAnswered));
+  }
+  if (infinite) (*figures)["infinite"][name] = infinite;
+}
+
 void add_coverage(const Table& found, const Table& truth, ComparedMaps* maps, Json* figures) {
   (*figures)["infinite"] = Json::object();
-  for (const MapKind& kind : kMaps) {
-    const MapValues& f = found.at(kind.name);
-    if (f.empty()) {
-      (*figures)["coverage"][kind.name] = nullptr;
-      continue;
-    }
-    const auto t = truth.find(kind.name);
-    size_t known = 0, asked = 0, answered = 0, infinite = 0;
-    for (size_t i = 0; i < f.channels[0].size(); ++i) {
-      known += f.known(i);
-      for (const auto& channel : f.channels) infinite += std::isinf(channel[i]);
-      if (t == truth.end() || !t->second.known(i)) continue;
-      ++asked;
-      answered += f.known(i);
-    }
-    (*figures)["coverage"][kind.name] = double(known) / double(f.channels[0].size());
-    (*figures)["answered"][kind.name] = number(double(answered) / double(asked));
-    if (double(answered) < kLeastAnswered * double(asked)) {
-      maps->problems.push_back(
-          fmt::format("{}.exr answers {:.1f} % of the labelled pixels, at least {:g} % asked",
-                      kind.name, 100 * double(answered) / double(asked), 100 * kLeastAnswered));
-    }
-    if (infinite) (*figures)["infinite"][kind.name] = infinite;
-  }
+  for (const MapKind& kind : kMaps) add_coverage_of(kind.name, found, truth, maps, figures);
 }
 
 void add_albedos(ComparedMaps* maps, Table* found, Table* truth, Json* figures) {
@@ -358,10 +362,14 @@ void compare_maps(ComparedMaps* maps, Json* figures) {
   if (both("deep_ld")) {
     (*figures)["deep_ld_map"] = ld_map_figures(*maps, found["deep_ld"], truth["deep_ld"]);
   }
-  // Part of no other figure, and left out by fits that stop before it.
+  // Left out by fits that stop before it.
   if (fs::exists(maps->found_folder / "total_albedo.exr") && maps->has_truth("total_albedo")) {
     found["total_albedo"] = maps->found("total_albedo", kRgb);
     truth["total_albedo"] = maps->truth("total_albedo", kRgb);
+  }
+  if (both("total_albedo")) {
+    add_coverage_of("total_albedo", found, truth, maps, figures);
+    (*figures)["total_albedo"]["error"] = ratios(found["total_albedo"], truth["total_albedo"]);
   }
   add_confidence(maps, &found, &truth, figures);
 }

@@ -2,6 +2,7 @@
 
 #include "apps/compare_confidence.h"
 #include "apps/compare_folders.h"
+#include "apps/report.h"
 
 namespace lamella::apps {
 
@@ -11,7 +12,7 @@ namespace {
 std::string at(const Json& figures, const std::string& pointer, int digits, double scale = 1) {
   const Json::json_pointer path(pointer);
   if (!figures.contains(path) || !figures[path].is_number()) return "-";
-  return fmt::format("{:.{}f}", figures[path].get<double>() * scale, digits);
+  return decimals(figures[path].get<double>() * scale, digits);
 }
 
 // `name` as a part of a path: RFC 6901, section 3.
@@ -51,7 +52,8 @@ void reflectance_rows(const Json& f, std::string* out) {
   *out += fmt::format("  {:<20}{:>10}{:>10}{:>10}{:>10}{:>14}  relative RMSE\n", "specular c",
                       percent(f, "/answered/specular_intensity"), error("/specular_intensity/all"),
                       "", "", at(f, "/specular_intensity/all/median_ratio", 3));
-  for (const char* map : {"single_albedo", "shallow_albedo", "deep_albedo", "deep_alpha"}) {
+  for (const char* map :
+       {"single_albedo", "total_albedo", "shallow_albedo", "deep_albedo", "deep_alpha"}) {
     const std::string path = std::string("/") + map + "/error/";
     *out += fmt::format("  {:<20}{:>10}{:>10}{:>10}{:>10}{:>14}  relative RMSE\n", map,
                         percent(f, std::string("/answered/") + map), error(path + "0"),

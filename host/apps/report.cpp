@@ -32,6 +32,12 @@ void print_json(const nlohmann::ordered_json& report) {
   fmt::print("{}\n", json_text(tidy, 2));
 }
 
+std::string decimals(double value, int digits) {
+  const std::string text = fmt::format("{:.{}f}", value, digits);
+  const bool is_nothing = text.find_first_of("123456789") == std::string::npos;
+  return is_nothing && text.front() == '-' && std::isfinite(value) ? text.substr(1) : text;
+}
+
 std::string printable(const std::string& text) {
   return json_tree(json_text(nlohmann::json(text), -1));
 }

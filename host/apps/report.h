@@ -20,6 +20,9 @@ std::string shown(const std::string& text);
 // The same on one line.
 std::string one_line(const std::string& text);
 
+// `value` with so many decimals; what rounds to nothing has no sign: "0.000".
+std::string decimals(double value, int digits);
+
 // The number that `text` is in decimal, as in a rig file; nothing where it is anything else, or
 // more.
 std::optional<double> decimal(const std::string& text);

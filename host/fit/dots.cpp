@@ -208,12 +208,13 @@ void leave_one_layer(const std::string& why, RegionScattering* region) {
 }
 
 void choose_layers(LayerUse use, const std::array<LayerContest, 3>& channels,
-                   RegionScattering* region) {
+                   const std::array<ShallowLight, 3>& shallow, RegionScattering* region) {
   for (size_t c = 0; c < 3; ++c) region->single_layer[c] = channels[c].single;
   if (use == LayerUse::kSingle) {
     leave_one_layer("one layer was asked for (--layers single)", region);
   } else if (region->shallow_why.empty()) {
-    region->shallow_why = "kept: " + describe_contest(channels);
+    const double share = (shallow[0].share + shallow[1].share + shallow[2].share) / 3;
+    region->shallow_why = reason_to_keep(channels, share);
   }
 }
 
@@ -355,7 +356,7 @@ Scattering fit_scattering(const Burst& burst, const Geometry& geometry, const No
     for (size_t c = 0; c < 3; ++c) {
       contests[c] = fit_channel(own[c], shallow[c], blur, c, &region);
     }
-    choose_layers(use, contests, &region);
+    choose_layers(use, contests, shallow, &region);
   });
   const std::vector<RegionScattering> measured = scattering.regions;
   for (size_t i = 0; i < measured.size(); ++i) {

@@ -50,6 +50,15 @@ double rms_between(const SingleKernel& one, const LayeredKernel& both) {
   return std::sqrt(square) / light;
 }
 
+// Of each channel and part.
+std::vector<double> gains_of(const std::array<LayerContest, 3>& channels) {
+  std::vector<double> gain;
+  for (const LayerContest& channel : channels) {
+    gain.insert(gain.end(), channel.gain.begin(), channel.gain.end());
+  }
+  return gain;
+}
+
 }  // namespace
 
 LayerUse layer_use_from_name(const std::string& name) {
@@ -87,16 +96,21 @@ LayerContest contest_layers(const std::vector<const KernelEquations*>& dots,
 }
 
 std::string describe_contest(const std::array<LayerContest, 3>& channels) {
-  std::vector<double> gain;
-  for (const LayerContest& channel : channels) {
-    gain.insert(gain.end(), channel.gain.begin(), channel.gain.end());
-  }
+  const std::vector<double> gain = gains_of(channels);
   if (gain.empty()) return "one dot is too few to compare both layers with one dipole";
   const GainSpread spread = spread_of(gain);
   return fmt::format(
       "both layers foresee dots that were left out with {:.0f} +- {:.0f} % {} error (squared) than "
       "one dipole",
       100 * std::abs(spread.mean), 100 * spread.stddev, spread.mean < 0 ? "more" : "less");
+}
+
+std::string reason_to_keep(const std::array<LayerContest, 3>& channels, double shallow_share) {
+  const GainSpread spread = spread_of(gains_of(channels));
+  const bool is_borne_out = spread.mean > spread.stddev;
+  return fmt::format("kept: the stripes show {:.0f} % of its diffuse light as shallow, and {}{}",
+                     100 * shallow_share,
+                     is_borne_out ? "" : "the dots do not decide: ", describe_contest(channels));
 }
 
 }  // namespace lamella::fit

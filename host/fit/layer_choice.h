@@ -39,4 +39,8 @@ LayerContest contest_layers(const std::vector<const KernelEquations*>& dots,
 // light enters, a dipole foresees it badly too.
 std::string describe_contest(const std::array<LayerContest, 3>& channels);
 
+// Why both layers are kept: the stripes show shallow light, `shallow_share` of the diffuse light.
+// The dots bear that out, or are said not to decide.
+std::string reason_to_keep(const std::array<LayerContest, 3>& channels, double shallow_share);
+
 }  // namespace lamella::fit

@@ -8,6 +8,7 @@
 #include "apps/compare_images.h"
 #include "apps/compare_npz.h"
 #include "apps/compare_profile.h"
+#include "apps/report.h"
 #include "apps/run_lamella.h"
 #include "base/error.h"
 #include "io/expect_error.h"
@@ -183,6 +184,7 @@ TEST(Folders, ShowWhatIsWrongWhereItIs) {
   write_fit(folder / "true", maps, layers);
   for (Vec3& x : maps.position_mm) x[2] += 0.5f;
   maps.deep_albedo *= 1.1f;
+  maps.total_albedo *= 1.2f;
   maps.normal_specular = Image3(20, 20, unit(Vec3(0.1f, 0, 1)));
   maps.shallow_albedo(cv::Rect(0, 0, 20, 5)).setTo(Vec3::all(kNaN));
   layers.mutable_regions(0)->mutable_deep()->set_ld_mm(0, 2.2);
@@ -198,6 +200,22 @@ TEST(Folders, ShowWhatIsWrongWhereItIs) {
   EXPECT_EQ(f["summary"]["regions_without_a_figure"][0], "skin");
   const std::string table = comparison_table(f);
   EXPECT_NE(table.find("2.20 / 2.00"), std::string::npos) << table;
+  EXPECT_NE(table.find("total_albedo           100.0 %    20.0 %    20.0 %    20.0 %"),
+            std::string::npos)
+      << table;
+}
+
+TEST(Folders, AreComparedWithoutASignBeforeNought) {
+  EXPECT_EQ(decimals(-0.0004, 3), "0.000");
+  EXPECT_EQ(decimals(-0.0006, 3), "-0.001");
+  EXPECT_EQ(decimals(-12, 0), "-12");
+  const Folder folder;
+  write_fit(folder / "true", some_maps(), some_layers());
+  v1::Layers layers = some_layers();
+  layers.mutable_regions(0)->mutable_single()->set_amplitude(1, 0.05 * (1 - 1e-4));
+  write_fit(folder / "found", some_maps(), layers);
+  const std::string table = comparison_table(compare_folders(folder / "found", folder / "true"));
+  EXPECT_EQ(table.find("-0 %"), std::string::npos) << table;
 }
 
 // The smallest .npz: members stored, not deflated.

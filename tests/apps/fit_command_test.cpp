@@ -153,6 +153,18 @@ TEST_F(FitCommand, TrustsNoMapOfPatternsThatThePixelsAreTooCoarseFor) {
   EXPECT_GT(cv::countNonZero(maps.confidence.at("total_albedo")), 0);
 }
 
+TEST_F(FitCommand, PutsADashWhereAStepThatWasNotRunWouldHaveTold) {
+  const Outcome fit = run_lamella({"fit", session().string(), "--until", "specular"});
+  ASSERT_LE(fit.exit_code, 1) << fit.err;
+  std::istringstream row(fit.out.substr(fit.out.find("\nskin") + 1));
+  std::string name, m, ld, alpha_dot, single;
+  row >> name >> m >> ld >> alpha_dot >> single;
+  EXPECT_NE(m, "-") << fit.out;
+  EXPECT_EQ(ld, "-") << fit.out;
+  EXPECT_EQ(alpha_dot, "-") << fit.out;
+  EXPECT_NE(single, "-") << fit.out;
+}
+
 TEST_F(FitCommand, RefusesALabelImageThatIsNotOfThisSessionAndLeavesNothing) {
   const std::string png = (scratch_.path() / "painted.png").string();
   cv::imwrite(png, cv::Mat1b(30, 24, uchar(1)));

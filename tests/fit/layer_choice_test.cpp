@@ -142,6 +142,19 @@ TEST(LayerChoice, OneDotIsTooFewToCompareByAndSaysSo) {
       << describe_contest({contest, contest, contest});
 }
 
+TEST(LayerChoice, ALayerIsKeptForItsLightWhereTheDotsDoNotSpeakForIt) {
+  LayerContest contest;
+  contest.gain = {0.4, 0.5, 0.6};
+  EXPECT_EQ(reason_to_keep({contest, contest, contest}, 0.35),
+            "kept: the stripes show 35 % of its diffuse light as shallow, and both layers foresee "
+            "dots that were left out with 50 +- 3 % less error (squared) than one dipole");
+  contest.gain = {-0.1, -0.2, -0.1};
+  EXPECT_EQ(reason_to_keep({contest, contest, contest}, 0.35),
+            "kept: the stripes show 35 % of its diffuse light as shallow, and the dots do not "
+            "decide: both layers foresee dots that were left out with 13 +- 2 % more error "
+            "(squared) than one dipole");
+}
+
 TEST(LayerChoice, NamesOfChoicesAreListedWhereOneIsNotKnown) {
   EXPECT_EQ(layer_use_from_name("single"), LayerUse::kSingle);
   try {
