@@ -58,7 +58,8 @@ LocalListener::LocalListener(std::filesystem::path path) : path_(std::move(path)
   address.sun_family = AF_UNIX;
   const std::string name = path_.string();
   if (name.empty() || name.size() >= sizeof address.sun_path) {
-    throw_bad_input("--serve", "a socket's path has 1 to 107 characters");
+    throw_bad_input("--serve", "a socket's path has 1 to 107 characters",
+                    "name one in a folder nearer to the root");
   }
   std::memcpy(address.sun_path, name.c_str(), name.size() + 1);
   fd_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);

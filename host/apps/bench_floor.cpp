@@ -92,7 +92,8 @@ void require_same_subject(const Session& quieter, const Session& session) {
                     "give one of the same subject");
   }
   if (quieter.left.width != session.left.width || quieter.left.height != session.left.height) {
-    throw_bad_input(where, "its photographs are of another size");
+    throw_bad_input(where, "its photographs are of another size",
+                    "take it again with the same --scale");
   }
   if (!(noise_against(quieter, session) < 1)) {
     throw_bad_input(where, "its camera is not quieter", "give one of less noise");

@@ -10,10 +10,13 @@ namespace {
 constexpr float kKnownSigmaMm = 0.001f;  // of a true position: never 0, as weights are its inverse
 
 void require_map(const cv::Mat& map, const fs::path& file, cv::Size expected) {
-  if (map.empty()) throw_bad_input(file.string(), "missing: no floor can be told without it");
+  if (map.empty())
+    throw_bad_input(file.string(), "missing: no floor can be told without it",
+                    "take the session of `lamella twin` again");
   if (map.size() == expected) return;
   throw_bad_input(file.string(),
-                  size_words(map.size()) + " pixels, the left camera has " + size_words(expected));
+                  size_words(map.size()) + " pixels, the left camera has " + size_words(expected),
+                  "take the truth of the same session");
 }
 
 template <class Values>
@@ -39,7 +42,8 @@ Truth read_truth(const fs::path& folder, const Session& session) {
   for (uint8_t label : maps.regions) {
     if (label <= truth.layers.regions_size()) continue;
     throw_bad_input((folder / "regions.png").string(),
-                    "label " + std::to_string(label) + " is no region of layers.json");
+                    "label " + std::to_string(label) + " is no region of layers.json",
+                    "take the truth of the same session");
   }
   return truth;
 }

@@ -118,7 +118,8 @@ int run_compare(const CompareArguments& arguments) {
         {figure_limit_from(text, "--require", "views.point_side.rel_rmse<=0.15")});
   }
   for (const std::string& path : {arguments.found, arguments.truth}) {
-    if (!fs::exists(path)) throw_bad_input(path, "no such file or folder");
+    if (!fs::exists(path))
+      throw_bad_input(path, "no such file or folder", "give two images, or a fit and its truth");
   }
   const bool folders = fs::is_directory(arguments.found);
   if (folders != fs::is_directory(arguments.truth)) {

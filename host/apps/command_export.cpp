@@ -67,7 +67,7 @@ void print_choice(const ExportArguments& a, const exporting::ViewChoice& choice,
 void run(const ExportArguments& a) {
   const fs::path folder = a.fit.empty() ? a.session / "fit" : a.fit;
   abandon_outputs_on_interrupt();
-  prepare_output(a.out, {a.session, folder, a.scene});
+  prepare_output(a.out, ".glb", {a.session, folder, a.scene});
   const FitFolder fit = read_fit_folder(folder);
   const std::string subject =
       printable(fs::absolute(a.session).lexically_normal().filename().string());

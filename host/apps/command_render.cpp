@@ -23,7 +23,7 @@ void run_render(const RenderArguments& arguments) {
   const fs::path fit = arguments.fit.empty() ? arguments.session / "fit" : arguments.fit;
   const Stopwatch watch;
   abandon_outputs_on_interrupt();
-  prepare_output(arguments.out, {arguments.session, fit, arguments.view});
+  prepare_output(arguments.out, ".exr", {arguments.session, fit, arguments.view});
   const render::Subject subject = render::load_subject(arguments.session, fit);
   const View view = read_view(arguments.view, subject.stage.leds().size());
   const Image3 image = render::render_view(subject, view);

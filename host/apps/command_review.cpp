@@ -37,7 +37,9 @@ void run(const ReviewArguments& a) {
   review::ReviewRequest request;
   request.session = a.session;
   request.fit = a.fit.empty() ? a.session / "fit" : a.fit;
-  if (!a.screenshot.empty()) prepare_output(a.screenshot, {request.session, request.fit, {}});
+  if (!a.screenshot.empty()) {
+    prepare_output(a.screenshot, ".png", {request.session, request.fit, {}});
+  }
   request.subject = read_session(a.session).subject;
   request.size = parsed_size(a.size);
   request.gains = review::gains_named(a.layers);

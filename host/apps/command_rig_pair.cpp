@@ -65,7 +65,9 @@ int run_forget(const PairArguments& args) {
   const fs::path folder = config_folder();
   KnownRigs known(folder);
   const KnownRig* found = known.at(args.rig);
-  if (!found) throw_bad_input("--rig", args.rig + " is not paired with this host");
+  if (!found)
+    throw_bad_input("--rig", args.rig + " is not paired with this host",
+                    "`lamella rig pair --rig HOST:PORT` pairs them");
   const KnownRig rig = *found;
   std::string failure;
   try {

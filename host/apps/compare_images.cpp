@@ -107,7 +107,8 @@ Mask read_mask(const fs::path& file, const cv::Size& size) {
   const std::string bytes = read_text(file);
   const cv::Size found = png_header(bytes, file.string()).size;
   if (found != size) {
-    throw_bad_input(file.string(), "is " + size_words(found) + ", the image " + size_words(size));
+    throw_bad_input(file.string(), "is " + size_words(found) + ", the image " + size_words(size),
+                    "give a mask of the image's size");
   }
   Mask is_zero;
   cv::inRange(decode_png(bytes, file.string()), cv::Scalar::all(0), cv::Scalar::all(0), is_zero);

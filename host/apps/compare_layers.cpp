@@ -132,7 +132,9 @@ class TrueProfiles {
   explicit TrueProfiles(const fs::path& file) : r_(read_npz(file, "r")), all_(read_npz(file, "R")) {
     const bool fits = all_.shape.size() == 3 && all_.shape[1] == 3 &&
                       all_.shape[2] == r_.values.size() && r_.values.size() > 1;
-    if (!fits) throw_bad_input(file.string(), "R is not regions x 3 x radii");
+    if (!fits)
+      throw_bad_input(file.string(), "R is not regions x 3 x radii",
+                      "take the truth of `lamella twin` again");
   }
 
   size_t regions() const { return all_.shape[0]; }

@@ -2,6 +2,7 @@
 #include <google/protobuf/stubs/logging.h>
 
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -74,6 +75,9 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  // A file that grows beyond what the shell allows (ulimit -f) is an error like a full disk, not a
+  // signal that leaves it half written.
+  std::signal(SIGXFSZ, SIG_IGN);
   apps::keep_heap();
   return end_report(run(argc, argv));
 }

@@ -1,5 +1,7 @@
 #include "apps/output_place.h"
 
+#include <cctype>
+
 #include "apps/process_killed.h"
 #include "base/error.h"
 #include "io/layer_maps.h"
@@ -15,9 +17,18 @@ void require_not_captured(const fs::path& out, const fs::path& session) {
   }
 }
 
+// A name without an ending says nothing.
+void require_ending(const fs::path& out, const std::string& ending) {
+  std::string own = out.extension().string();
+  for (char& c : own) c = char(std::tolower(static_cast<unsigned char>(c)));
+  if (own.empty() || own == ending) return;
+  throw_bad_input(out.string(), "what is written there is no " + own.substr(1) + " file",
+                  "let its name end with " + ending);
+}
+
 }  // namespace
 
-void prepare_output(const fs::path& out, const FittedInput& input) {
+void prepare_output(const fs::path& out, const std::string& ending, const FittedInput& input) {
   require_file_place(out);
   std::vector<fs::path> read = files_of_layers(input.fit);
   read.insert(read.end(),
@@ -28,6 +39,7 @@ void prepare_output(const fs::path& out, const FittedInput& input) {
     }
   }
   require_not_captured(out, input.session);
+  require_ending(out, ending);
   clear_half_written_beside(out);
 }
 

@@ -10,8 +10,9 @@ struct FittedInput {
   fs::path view;  // empty: none is read
 };
 
-// Throws Error where no file can be put at `out`, or one of `input` is there, or it would be among
+// Throws Error where `out` is named as if it were of another kind than `ending`, ".png"; where no
+// file can be put at it, or one of `input` is there, or it would be among
 // the session's photographs. Also removes what killed runs left beside it.
-void prepare_output(const fs::path& out, const FittedInput& input);
+void prepare_output(const fs::path& out, const std::string& ending, const FittedInput& input);
 
 }  // namespace lamella::apps

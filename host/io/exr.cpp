@@ -55,9 +55,11 @@ void require_channels(const Imf::InputFile& file, const std::vector<std::string>
                       const fs::path& path) {
   for (const std::string& name : names) {
     const Imf::Channel* channel = file.header().channels().findChannel(name);
-    if (!channel) throw_bad_input(path.string(), "no channel " + name);
+    if (!channel)
+      throw_bad_input(path.string(), "no channel " + name, "write it again with that channel");
     if (channel->xSampling != 1 || channel->ySampling != 1) {
-      throw_bad_input(path.string(), "channel " + name + " is subsampled");
+      throw_bad_input(path.string(), "channel " + name + " is subsampled",
+                      "write it again with every channel at full size");
     }
   }
 }
@@ -96,8 +98,10 @@ std::string problem_of_header(const fs::path& path) {
 template <class Read>
 auto reading(const fs::path& path, const Read& read) {
   std::error_code failed;
-  if (!fs::exists(path, failed)) throw_bad_input(path.string(), "no such file");
-  if (!fs::is_regular_file(path, failed)) throw_bad_input(path.string(), "not a file");
+  if (!fs::exists(path, failed))
+    throw_bad_input(path.string(), "no such file", "is the name right?");
+  if (!fs::is_regular_file(path, failed))
+    throw_bad_input(path.string(), "not a file", "name an EXR image");
   try {
     bound_headers();
     const std::string problem = problem_of_header(path);

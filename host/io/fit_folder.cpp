@@ -112,7 +112,8 @@ void require_layers(const v1::Layers& layers, const std::string& file) {
     const std::string at = file + ": regions[" + std::to_string(i) + "]";
     const std::string& name = layers.regions(i).name();
     if (name.empty()) throw_bad_input(at + ".name", "missing", kFitAgain);
-    if (!names.insert(name).second) throw_bad_input(at + ".name", "\"" + name + "\" comes twice");
+    if (!names.insert(name).second)
+      throw_bad_input(at + ".name", "\"" + name + "\" comes twice", "fit again");
     require_region(layers.regions(i), at);
   }
   require_rgb(

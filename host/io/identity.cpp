@@ -120,7 +120,8 @@ std::optional<std::string> read_private_file(const fs::path& path) {
     if (errno == ENOENT) return {};
     throw_bad_input(path.string(), std::strerror(errno));
   }
-  if (!S_ISREG(state.st_mode)) throw_bad_input(path.string(), "not a plain file");
+  if (!S_ISREG(state.st_mode))
+    throw_bad_input(path.string(), "not a plain file", "move it away, and a new one is made");
   if ((state.st_mode & 077) != 0) {
     throw_bad_input(path.string(), "others may read or write it", "chmod 600");
   }
@@ -157,7 +158,9 @@ Identity::Identity(const fs::path& folder) {
   certificate_.reset(X509_new());
   std::optional<Fingerprint> own;
   if (fill_certificate(certificate_.get(), key_.get())) own = fingerprint_of(certificate_.get());
-  if (!own) throw_bad_input(path.string(), "neither an Ed25519 nor a P-256 key");
+  if (!own)
+    throw_bad_input(path.string(), "neither an Ed25519 nor a P-256 key",
+                    "move it away, and a new one is made");
   fingerprint_ = *own;
 }
 

@@ -39,7 +39,8 @@ std::vector<KnownRig> KnownRigs::parse(const std::string& text, const std::strin
     const auto rig =
         end == std::string::npos ? std::nullopt : parse_line(text.substr(at, end - at));
     if (!rig) throw_bad_input(place, "not \"FINGERPRINT ADDRESS NAME\"", "remove the line");
-    if (rigs.size() == kMaxRigs) throw_bad_input(place, "over 256 rigs");
+    if (rigs.size() == kMaxRigs)
+      throw_bad_input(place, "over 256 rigs", "`lamella rig pair --forget` those that are gone");
     rigs.push_back(*rig);
     at = end + 1;
   }

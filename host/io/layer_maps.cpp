@@ -166,7 +166,8 @@ LayerMaps part_of(const LayerMaps& maps, const cv::Rect& area) {
 }
 
 LayerMaps read_layer_maps(const fs::path& folder) {
-  if (!fs::is_directory(folder)) throw_bad_input(folder.string(), "no such folder");
+  if (!fs::is_directory(folder))
+    throw_bad_input(folder.string(), "no such folder", "run `lamella fit` first");
   LayerMaps maps;
   const auto at = [&](const std::string& name) { return folder / (name + ".exr"); };
   for (const Map3& m : kMaps3) {

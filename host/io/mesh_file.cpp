@@ -69,13 +69,16 @@ double number_from(std::string_view word, const std::string& where) {
   double number = 0;
   const auto [end, failed] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
   if (failed == std::errc() && end == digits.data() + digits.size()) return number;
-  throw_bad_input(where, fmt::format("\"{}\" is no number", word.substr(0, 40)));
+  throw_bad_input(where, fmt::format("\"{}\" is no number", word.substr(0, 40)),
+                  "write the mesh again");
 }
 
 TriangleMesh read_mesh(const std::filesystem::path& path) {
   std::error_code failed;
-  if (!fs::exists(path, failed)) throw_bad_input(path.string(), "no such file");
-  if (!fs::is_regular_file(path, failed)) throw_bad_input(path.string(), "is not a file");
+  if (!fs::exists(path, failed))
+    throw_bad_input(path.string(), "no such file", "is the name right?");
+  if (!fs::is_regular_file(path, failed))
+    throw_bad_input(path.string(), "is not a file", "name a .ply, .obj or .glb");
   const std::string text = read_text(path, kLargestMesh);
   TriangleMesh mesh{path, {}, {}};
   if (text.starts_with("glTF")) {

@@ -63,14 +63,16 @@ PlyType ply_type_from(std::string_view name, const std::string& where) {
   for (const auto& [known, type] : kPlyTypes) {
     if (name == known) return type;
   }
-  throw_bad_input(where, fmt::format("header: no type \"{}\"", name.substr(0, 40)));
+  throw_bad_input(where, fmt::format("header: no type \"{}\"", name.substr(0, 40)),
+                  "one of char to double, or int8 to float64");
 }
 
 PlyEncoding ply_encoding_from(std::string_view name, const std::string& where) {
   if (name == "ascii") return PlyEncoding::kAscii;
   if (name == "binary_little_endian") return PlyEncoding::kLittleEndian;
   if (name == "binary_big_endian") return PlyEncoding::kBigEndian;
-  throw_bad_input(where, fmt::format("header: no format \"{}\"", name.substr(0, 40)));
+  throw_bad_input(where, fmt::format("header: no format \"{}\"", name.substr(0, 40)),
+                  "ascii, binary_little_endian or binary_big_endian");
 }
 
 PlyProperty ply_property(std::string_view line, const std::string& where) {
@@ -98,11 +100,12 @@ PlyHeader ply_header(std::string_view* rest, const std::string& where) {
       header.elements.push_back({name, number_from(take_word(&line), where), {}});
     }
     if (keyword == "property") {
-      if (header.elements.empty()) throw_bad_input(where, "header: a property of no element");
+      if (header.elements.empty())
+        throw_bad_input(where, "header: a property of no element", "write the mesh again");
       header.elements.back().properties.push_back(ply_property(line, where));
     }
   }
-  throw_bad_input(where, "header: no end_header");
+  throw_bad_input(where, "header: no end_header", "is it a PLY file, and whole?");
 }
 
 template <class Number>
@@ -206,7 +209,7 @@ void parse_ply(const std::string& text, TriangleMesh* mesh) {
     const bool is_vertex = element.name == "vertex";
     if (is_vertex &&
         !(element.has("x", false) && element.has("y", false) && element.has("z", false))) {
-      throw_bad_input(where, "header: a vertex without x, y and z");
+      throw_bad_input(where, "header: a vertex without x, y and z", "write the mesh again");
     }
     for (double i = 0; i < element.count; ++i) {
       if (is_vertex) {

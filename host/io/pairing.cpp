@@ -60,10 +60,13 @@ std::vector<int> digits_of(const std::string& text) {
   std::vector<int> digits;
   for (const char c : text) {
     if (c == ' ' || c == '-') continue;
-    if (c < '1' || c > '6') throw_bad_input("code", "digits are 1 to 6, as the rig blinks them");
+    if (c < '1' || c > '6')
+      throw_bad_input("code", "digits are 1 to 6, as the rig blinks them",
+                      "count its flashes again");
     digits.push_back(c - '0');
   }
-  if (int(digits.size()) != kPairDigits) throw_bad_input("code", "has five digits, 1 to 6 each");
+  if (int(digits.size()) != kPairDigits)
+    throw_bad_input("code", "has five digits, 1 to 6 each", "count its flashes again");
   return digits;
 }
 

@@ -11,7 +11,8 @@ using Values = google::protobuf::RepeatedField<double>;
 constexpr double kLargest = 1e9;  // of any number in a calibration: its square is a finite float
 
 void require_finite(double value, const std::string& where) {
-  if (!(std::abs(value) <= kLargest)) throw_bad_input(where, "not a finite, sensible number");
+  if (!(std::abs(value) <= kLargest))
+    throw_bad_input(where, "not a finite, sensible number", "from -1e9 to 1e9");
 }
 
 void require_finite(const Values& values, const std::string& where) {
@@ -33,18 +34,18 @@ void require_rotation(const Mat33d& r, const std::string& where) {
 }
 
 double at_most_largest(double value, const std::string& where) {
-  if (value > kLargest) throw_bad_input(where, "must be at most 1e9");
+  if (value > kLargest) throw_bad_input(where, "must be at most 1e9", "state a smaller one");
   return value;
 }
 
 double positive(bool given, double value, const std::string& where) {
-  if (!given) throw_bad_input(where, "missing");
-  if (!(value > 0)) throw_bad_input(where, "must be a positive number");
+  if (!given) throw_bad_input(where, "missing", "state it");
+  if (!(value > 0)) throw_bad_input(where, "must be a positive number", "state one");
   return at_most_largest(value, where);
 }
 
 double not_negative(double value, const std::string& where) {
-  if (!(value >= 0)) throw_bad_input(where, "must not be negative");
+  if (!(value >= 0)) throw_bad_input(where, "must not be negative", "0 where there is none");
   return at_most_largest(value, where);
 }
 
@@ -70,10 +71,13 @@ Mat33d matrix_from(const Values& values, const std::string& where) {
 void require_readable_size(const v1::Camera& m, const std::string& where) {
   const double width = positive(m.has_width(), m.width(), where + ".width");
   const double height = positive(m.has_height(), m.height(), where + ".height");
-  if (width > kMaxImageSide) throw_bad_input(where + ".width", "more than 32768 pixels");
-  if (height > kMaxImageSide) throw_bad_input(where + ".height", "more than 32768 pixels");
+  if (width > kMaxImageSide)
+    throw_bad_input(where + ".width", "more than 32768 pixels", "scale the photographs down");
+  if (height > kMaxImageSide)
+    throw_bad_input(where + ".height", "more than 32768 pixels", "scale the photographs down");
   if (width * height > double(kMaxImagePixels)) {
-    throw_bad_input(where + ".width", "with .height, more than 134 million pixels");
+    throw_bad_input(where + ".width", "with .height, more than 134 million pixels",
+                    "scale the photographs down");
   }
 }
 
@@ -102,8 +106,8 @@ Camera camera_from_message(const v1::Camera& m, const std::string& where) {
   c.height = int(m.height());
   c.fx = positive(m.has_fx(), m.fx(), where + ".fx");
   c.fy = positive(m.has_fy(), m.fy(), where + ".fy");
-  if (!m.has_cx()) throw_bad_input(where + ".cx", "missing");
-  if (!m.has_cy()) throw_bad_input(where + ".cy", "missing");
+  if (!m.has_cx()) throw_bad_input(where + ".cx", "missing", "state it");
+  if (!m.has_cy()) throw_bad_input(where + ".cy", "missing", "state it");
   require_finite(m.cx(), where + ".cx");
   require_finite(m.cy(), where + ".cy");
   c.cx = m.cx();
@@ -120,7 +124,9 @@ Camera camera_from_message(const v1::Camera& m, const std::string& where) {
   c.read_noise = not_negative(m.read_noise(), where + ".read_noise");
   c.full_well_electrons = not_negative(m.full_well_electrons(), where + ".full_well_electrons");
   c.extinction = not_negative(m.extinction(), where + ".extinction");
-  if (c.extinction > 0.5) throw_bad_input(where + ".extinction", "more than half");
+  if (c.extinction > 0.5)
+    throw_bad_input(where + ".extinction", "more than half",
+                    "state the share of S that leaks into cross, 0 to 0.5");
   return c;
 }
 
@@ -144,14 +150,14 @@ v1::Camera message_from_camera(const Camera& c) {
 }
 
 std::vector<Led> leds_from_message(const v1::Rig& m, const std::string& where) {
-  if (m.leds_size() == 0) throw_bad_input(where + ".leds", "missing");
+  if (m.leds_size() == 0) throw_bad_input(where + ".leds", "missing", "state it");
   std::vector<Led> leds;
   for (int i = 0; i < m.leds_size(); ++i) {
     const std::string at = where + ".leds[" + std::to_string(i) + "]";
     Led led;
     led.direction = vec3_from(m.leds(i).direction(), at + ".direction");
     if (std::abs(length(led.direction) - 1.f) > 1e-2f) {
-      throw_bad_input(at + ".direction", "not a unit vector");
+      throw_bad_input(at + ".direction", "not a unit vector", "divide it by its length");
     }
     led.direction = unit(led.direction);
     if (m.leds(i).has_distance_mm()) {

@@ -30,22 +30,25 @@ std::string field(const Session& s, const std::string& name) {
 }
 
 void require_time(double time_us, const std::string& at) {
-  if (!(std::abs(time_us) < kLongest_us)) throw_bad_input(at, "not a time within a burst");
+  if (!(std::abs(time_us) < kLongest_us))
+    throw_bad_input(at, "not a time within a burst", "microseconds since the burst began");
 }
 
 Frame frame_from_message(const v1::Frame& m, const std::string& at) {
-  if (!m.has_step()) throw_bad_input(at + ".step", "missing");
+  if (!m.has_step()) throw_bad_input(at + ".step", "missing", "state it");
   if (!m.has_role() || m.role() == v1::Frame::ROLE_UNSPECIFIED) {
-    throw_bad_input(at + ".role", "missing");
+    throw_bad_input(at + ".role", "missing", "state it");
   }
   if (!m.has_analyser() || m.analyser() == v1::Frame::ANALYSER_UNSPECIFIED) {
-    throw_bad_input(at + ".analyser", "missing");
+    throw_bad_input(at + ".analyser", "missing", "state it");
   }
-  if (!m.has_camera()) throw_bad_input(at + ".camera", "missing");
-  if (!m.has_file()) throw_bad_input(at + ".file", "missing");
+  if (!m.has_camera()) throw_bad_input(at + ".camera", "missing", "state it");
+  if (!m.has_file()) throw_bad_input(at + ".file", "missing", "state it");
   Frame f;
-  if (m.step() > kLargestStep) throw_bad_input(at + ".step", "more than 9999");
-  if (m.index() > kLargestStep) throw_bad_input(at + ".index", "more than 9999");
+  if (m.step() > kLargestStep)
+    throw_bad_input(at + ".step", "more than 9999", "number steps from 0");
+  if (m.index() > kLargestStep)
+    throw_bad_input(at + ".index", "more than 9999", "number steps from 0");
   require_time(m.exposure_us(), at + ".exposure_us");
   require_time(m.trigger_us(), at + ".trigger_us");
   require_time(m.light_on_us(), at + ".light_on_us");
@@ -63,12 +66,14 @@ Frame frame_from_message(const v1::Frame& m, const std::string& at) {
   f.view = m.view();
   if (m.radiance_scale_size() > 0) {
     if (m.radiance_scale_size() != 3) {
-      throw_bad_input(at + ".radiance_scale", "expected three numbers");
+      throw_bad_input(at + ".radiance_scale", "expected three numbers",
+                      "one each for red, green and blue");
     }
     for (int c = 0; c < 3; ++c) {
       f.radiance_scale[c] = float(m.radiance_scale(c));
       if (!(f.radiance_scale[c] > 0) || !is_finite(f.radiance_scale[c])) {
-        throw_bad_input(at + ".radiance_scale", "must be positive");
+        throw_bad_input(at + ".radiance_scale", "must be positive",
+                        "leave it out where stored values are radiances");
       }
     }
   }
@@ -90,18 +95,22 @@ bool is_duplicate(const Session& s, const Frame& frame) {
 void require_file(const Session& s, const std::string& name, const std::string& at) {
   const fs::path file = fs::path(name).lexically_normal();
   if (file.is_absolute() || (!file.empty() && *file.begin() == "..")) {
-    throw_bad_input(at, "\"" + name + "\" lies outside the session");
+    throw_bad_input(at, "\"" + name + "\" lies outside the session",
+                    "copy it into the session's folder");
   }
   std::error_code failed;
   if (!fs::is_regular_file(s.path / file, failed)) {
-    throw_bad_input(at, "no such file: " + (s.path / file).string());
+    throw_bad_input(at, "no such file: " + (s.path / file).string(),
+                    "copy it there, or name the file that is");
   }
 }
 
 Frame checked_frame(const v1::Frame& m, const Session& s, const std::string& at) {
   Frame frame = frame_from_message(m, at);
   const bool known = frame.camera == "left" || (frame.camera == "right" && s.right);
-  if (!known) throw_bad_input(at + ".camera", "no camera \"" + frame.camera + "\" in the rig");
+  if (!known)
+    throw_bad_input(at + ".camera", "no camera \"" + frame.camera + "\" in the rig",
+                    "name one of rig.cameras");
   require_file(s, frame.file, at + ".file");
   if (!frame.view.empty()) require_file(s, frame.view, at + ".view");
   return frame;
@@ -112,7 +121,8 @@ void read_frames(const v1::Session& m, Session* s) {
     const std::string at = field(*s, "frames[" + std::to_string(i) + "]");
     Frame frame = checked_frame(m.frames(i), *s, at);
     if (is_duplicate(*s, frame)) {
-      throw_bad_input(at + ".role", "a second frame of the same camera, role, index and analyser");
+      throw_bad_input(at + ".role", "a second frame of the same camera, role, index and analyser",
+                      "leave one out");
     }
     s->frames.push_back(std::move(frame));
   }
@@ -123,7 +133,7 @@ void read_frames(const v1::Session& m, Session* s) {
 }
 
 void read_region_names(const v1::Regions& m, Session* s) {
-  if (m.file().empty()) throw_bad_input(field(*s, "regions.file"), "missing");
+  if (m.file().empty()) throw_bad_input(field(*s, "regions.file"), "missing", "state it");
   require_file(*s, m.file(), field(*s, "regions.file"));
   s->region_names.assign(m.names().begin(), m.names().end());
   require_region_names(s->region_names, field(*s, "regions.names"));
@@ -178,7 +188,8 @@ const Frame* Session::find(const std::string& camera, Role role, int index,
 Session read_session(const fs::path& path) {
   Session s;
   s.path = path;
-  if (!fs::is_directory(path)) throw_bad_input(path.string(), "no such session folder");
+  if (!fs::is_directory(path))
+    throw_bad_input(path.string(), "no such session folder", "is the name right?");
   v1::Session m;
   for (const std::string& name : read_json(path / "session.json", &m)) {
     s.warnings.push_back(field(s, name) + ": unknown field, ignored");
@@ -226,8 +237,10 @@ RowExtremes extremes_of(const Vec3* row, int pixels, float saturation) {
 // `row` begins at pixel `at` of the photograph.
 [[noreturn]] void refuse_non_finite(const fs::path& file, const Vec3* row, cv::Point at) {
   while (is_finite(*row)) ++row, ++at.x;
-  throw_bad_input(file.string(), "NaN or infinity at pixel (" + std::to_string(at.x) + ", " +
-                                     std::to_string(at.y) + ")");
+  throw_bad_input(
+      file.string(),
+      "NaN or infinity at pixel (" + std::to_string(at.x) + ", " + std::to_string(at.y) + ")",
+      "write the photograph again, 0 where nothing was measured");
 }
 
 }  // namespace
@@ -239,8 +252,10 @@ Photograph read_photograph(const Session& session, const Frame& frame) {
   const cv::Size size = exr_size(file);  // before its pixels: they may be very many
   const PixelWindow window = session.window(frame.camera);
   if (size != window.whole) {
-    throw_bad_input(file.string(), size_words(size) + " pixels, but the " + frame.camera +
-                                       " camera (rig.cameras) has " + size_words(window.whole));
+    throw_bad_input(file.string(),
+                    size_words(size) + " pixels, but the " + frame.camera +
+                        " camera (rig.cameras) has " + size_words(window.whole),
+                    "correct whichever is wrong");
   }
   p.radiance = read_exr_rgb(file, window.area);
   for (int y = 0; y < p.radiance.rows; ++y) {
@@ -284,13 +299,14 @@ void require_named(const Session& session, const fs::path& file, const Labels& l
 }  // namespace
 
 void require_region_names(const std::vector<std::string>& names, const std::string& at) {
-  if (names.size() > 256) throw_bad_input(at, "more than 256");
+  if (names.size() > 256) throw_bad_input(at, "more than 256", "merge some");
   for (size_t i = 0; i < names.size(); ++i) {
     const auto end = names.begin() + std::ptrdiff_t(i);
     const bool twice = std::find(names.begin(), end, names[i]) != end;
     if (!names[i].empty() && !twice) continue;
     throw_bad_input(at + "[" + std::to_string(i) + "]",
-                    twice ? "\"" + names[i] + "\" is named twice" : "empty");
+                    twice ? "\"" + names[i] + "\" is named twice" : "empty",
+                    "name every region once");
   }
 }
 

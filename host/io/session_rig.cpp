@@ -16,7 +16,8 @@ void read_cameras(const v1::Rig& rig, const std::string& where, Session* s) {
     const std::string at = where + ": rig.cameras[" + std::to_string(i) + "]";
     Camera camera = camera_from_message(rig.cameras(i), at);
     if (camera.id == "left" ? has_left : s->right.has_value()) {
-      throw_bad_input(at + ".id", "a second camera \"" + camera.id + "\"");
+      throw_bad_input(at + ".id", "a second camera \"" + camera.id + "\"",
+                      "call them left and right");
     }
     if (camera.id == "left") {
       s->left = camera;
@@ -27,7 +28,9 @@ void read_cameras(const v1::Rig& rig, const std::string& where, Session* s) {
       throw_bad_input(at + ".id", "\"" + camera.id + "\"", "cameras are \"left\" and \"right\"");
     }
   }
-  if (!has_left) throw_bad_input(where + ": rig.cameras", "no camera with id \"left\"");
+  if (!has_left)
+    throw_bad_input(where + ": rig.cameras", "no camera with id \"left\"",
+                    "call the one with both analysers left");
 }
 
 // A pattern is drawn in projector pixels: `value` is refused outside `least` to `most` of them.
@@ -35,19 +38,23 @@ void require_px(const std::string& where, const std::string& name, double value,
                 double most) {
   if (value >= least && value <= most) return;
   throw_bad_input(where + ": patterns." + name,
-                  fmt::format("{:g} where {:g} to {:g} pixels are possible", value, least, most));
+                  fmt::format("{:g} where {:g} to {:g} pixels are possible", value, least, most),
+                  "state what the projector showed");
 }
 
 void require_fringes(const Session& s, const std::string& where) {
   const std::string at = where + ": patterns.fringe.periods";
   double last = 0;
   for (double n : s.patterns.fringe_periods) {
-    if (!(n > last)) throw_bad_input(at, "must be positive and increase from each to the next");
+    if (!(n > last))
+      throw_bad_input(at, "must be positive and increase from each to the next",
+                      "list the coarsest first");
     last = n;
   }
   if (last > 0.5 * s.projector.width) {
     throw_bad_input(
-        at, fmt::format("{:g} periods across {} pixels cannot be drawn", last, s.projector.width));
+        at, fmt::format("{:g} periods across {} pixels cannot be drawn", last, s.projector.width),
+        "at least two pixels a period");
   }
 }
 
@@ -77,7 +84,8 @@ void read_patterns(const v1::Session& message, const std::string& where, Session
   p.dot_pitch_px = m.dots().pitch_px();
   p.dot_diameter_px = m.dots().diameter_px();
   if (m.dots().offset_px_size() != 2) {
-    throw_bad_input(where + ": patterns.dots.offset_px", "expected two numbers");
+    throw_bad_input(where + ": patterns.dots.offset_px", "expected two numbers",
+                    "u and v of one dot's centre");
   }
   p.dot_offset_px = {m.dots().offset_px(0), m.dots().offset_px(1)};
   require_fringes(*s, where);
@@ -113,10 +121,10 @@ void rig_from_message(const v1::Session& m, const std::string& where, Session* s
     throw_bad_input(where + ": format", "\"" + m.format() + "\"",
                     "this program reads lamella.session.v1");
   }
-  if (!m.has_rig()) throw_bad_input(where + ": rig", "missing");
+  if (!m.has_rig()) throw_bad_input(where + ": rig", "missing", "state it");
   s->stage = LightStage(leds_from_message(m.rig(), where + ": rig"));
   read_cameras(m.rig(), where, s);
-  if (!m.rig().has_projector()) throw_bad_input(where + ": rig.projector", "missing");
+  if (!m.rig().has_projector()) throw_bad_input(where + ": rig.projector", "missing", "state it");
   s->projector = camera_from_message(m.rig().projector(), where + ": rig.projector");
   if (m.rig().projector_to_led_size() > 0) {
     s->projector_to_led =

@@ -186,7 +186,8 @@ void StoreFolder::read_burst(uint64_t id, const fs::path& folder) {
 const StoreFolder::Found& StoreFolder::found(uint64_t burst_id) const {
   const auto it = bursts_.find(burst_id);
   if (it == bursts_.end()) {
-    throw_bad_input(folder_.string(), "holds no burst " + std::to_string(burst_id));
+    throw_bad_input(folder_.string(), "holds no burst " + std::to_string(burst_id),
+                    "`lamella rig recover` lists those that it holds");
   }
   return it->second;
 }

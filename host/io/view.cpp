@@ -9,9 +9,11 @@ namespace lamella {
 namespace {
 
 Vec3 three(const google::protobuf::RepeatedField<double>& values, const std::string& where) {
-  if (values.size() != 3) throw_bad_input(where, "expected three numbers");
+  if (values.size() != 3)
+    throw_bad_input(where, "expected three numbers",
+                    "one each for red, green and blue, or x, y and z");
   const Vec3 v{float(values[0]), float(values[1]), float(values[2])};
-  if (!is_finite(v)) throw_bad_input(where, "not a finite number");
+  if (!is_finite(v)) throw_bad_input(where, "not a finite number", "state a finite one");
   return v;
 }
 
@@ -22,7 +24,7 @@ Light light_from_message(const v1::Light& m, const std::string& at, const fs::pa
     light.radiance_at_origin = three(m.radiance_at_origin(), at + ".radiance_at_origin");
     for (int c = 0; c < 3; ++c) {
       if (light.radiance_at_origin[c] < 0) {
-        throw_bad_input(at + ".radiance_at_origin", "must not be negative");
+        throw_bad_input(at + ".radiance_at_origin", "must not be negative", "0 is no light");
       }
     }
   }
@@ -35,12 +37,14 @@ Light light_from_message(const v1::Light& m, const std::string& at, const fs::pa
       light.kind = Light::Kind::kLeds;
       light.weights.assign(m.weights().begin(), m.weights().end());
       for (float w : light.weights) {
-        if (!(w >= 0) || !is_finite(w)) throw_bad_input(at + ".weights", "must not be negative");
+        if (!(w >= 0) || !is_finite(w))
+          throw_bad_input(at + ".weights", "must not be negative", "0 is no light");
       }
       if (light.weights.size() != led_count) {
-        throw_bad_input(at + ".weights", std::to_string(light.weights.size()) +
-                                             " numbers, the session has " +
-                                             std::to_string(led_count) + " LEDs");
+        throw_bad_input(at + ".weights",
+                        std::to_string(light.weights.size()) + " numbers, the session has " +
+                            std::to_string(led_count) + " LEDs",
+                        "give a weight for every LED");
       }
       break;
     case v1::Light::PROJECTOR:
@@ -50,7 +54,8 @@ Light light_from_message(const v1::Light& m, const std::string& at, const fs::pa
       light.kind = Light::Kind::kEnvironment;
       light.file = folder / m.file();
       if (m.file().empty() || !fs::is_regular_file(light.file)) {
-        throw_bad_input(at + ".file", "no such file: " + light.file.string());
+        throw_bad_input(at + ".file", "no such file: " + light.file.string(),
+                        "name an EXR image, relative to the view file");
       }
       break;
     default:
@@ -65,8 +70,8 @@ View read_view(const fs::path& file, size_t led_count) {
   v1::View m;
   const std::vector<std::string> unknown = read_json(file, &m);
   const std::string where = file.string() + ": ";
-  if (!m.has_camera()) throw_bad_input(where + "camera", "missing");
-  if (m.lights_size() == 0) throw_bad_input(where + "lights", "missing");
+  if (!m.has_camera()) throw_bad_input(where + "camera", "missing", "state it");
+  if (m.lights_size() == 0) throw_bad_input(where + "lights", "missing", "state it");
   View view;
   for (const std::string& name : unknown) {
     view.warnings.push_back(where + name + ": unknown field, ignored");

@@ -225,7 +225,8 @@ bool is_same_file(const fs::path& a, const fs::path& b) {
 }
 
 void require_file_place(const fs::path& path) {
-  if (!path.has_filename()) throw_bad_input("\"" + path.string() + "\"", "is no name of a file");
+  if (!path.has_filename())
+    throw_bad_input("\"" + path.string() + "\"", "is no name of a file", "name one");
   if (fs::is_directory(path)) throw_bad_input(path.string(), "is a folder", "give a file");
   // A device, a pipe or a socket would be replaced by a file of that name.
   const bool is_regular = !fs::exists(path) || fs::is_regular_file(path);
@@ -297,7 +298,7 @@ void write_whole_text(const fs::path& path, const std::string& text) {
 
 WholeFolder::WholeFolder(fs::path place, const std::string& marker)
     : place_(without_slash(place)), temporary_(beside(place_, kUnderWay)) {
-  if (place_.empty()) throw_bad_input("\"\"", "is no name of a folder");
+  if (place_.empty()) throw_bad_input("\"\"", "is no name of a folder", "name one");
   require_replaceable(place_, marker);
   replaceable_ = fs::exists(place_) && !fs::is_empty(place_);
   try {
@@ -398,13 +399,17 @@ void sync_to_disk(const fs::path& path) {
 std::string read_text(const fs::path& path, size_t max_bytes) {
   std::error_code failed;
   const auto size = fs::file_size(path, failed);
-  if (failed) throw_bad_input(path.string(), "cannot be read (" + failed.message() + ")");
+  if (failed)
+    throw_bad_input(path.string(), "cannot be read (" + failed.message() + ")",
+                    "is the name right, and may you read it?");
   if (size > max_bytes) {
-    throw_bad_input(path.string(), std::to_string(size) + " bytes; at most " +
-                                       std::to_string(max_bytes) + " are read");
+    throw_bad_input(
+        path.string(),
+        std::to_string(size) + " bytes; at most " + std::to_string(max_bytes) + " are read",
+        "is it the right file?");
   }
   std::ifstream in(path, std::ios::binary);
-  if (!in) throw_bad_input(path.string(), "cannot be opened");
+  if (!in) throw_bad_input(path.string(), "cannot be opened", "may you read it?");
   return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
 

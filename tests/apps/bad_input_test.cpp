@@ -207,6 +207,17 @@ TEST_F(Command, RefusesToExportOrRenderWhatWasNeverFitted) {
   refused({"render", in("session"), "--view", in("v.json"), "--out", in("i.exr")}, 2, {"session"});
 }
 
+TEST_F(Command, RefusesAnOutputNamedAsIfItWereOfAnotherKind) {
+  testing::write_fake_session(at("session"));
+  std::ofstream(at("v.json")) << "{}";
+  refused({"review", in("session"), "--screenshot", in("face.jpg")}, 2,
+          {"face.jpg: what is written there is no jpg file; let its name end with .png"});
+  refused({"render", in("session"), "--view", in("v.json"), "--out", in("i.png")}, 2,
+          {"i.png: what is written there is no png file; let its name end with .exr"});
+  refused({"export", in("session"), "--out", in("face.gltf")}, 2,
+          {"face.gltf: what is written there is no gltf file; let its name end with .glb"});
+}
+
 TEST_F(Command, RefusesAMapThatIsCut) {
   testing::write_fake_session(at("session"));
   write_exr_xyz(at("session/fit/position.exr"), Image3(32, 24, Vec3(1, 2, 3)));

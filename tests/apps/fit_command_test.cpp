@@ -2,6 +2,7 @@
 // reason, what it calls poor is fitted with a warning and exit 1. So is a layer that cannot be
 // judged; a figure at its bound is only named.
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -163,6 +164,20 @@ TEST_F(FitCommand, PutsADashWhereAStepThatWasNotRunWouldHaveTold) {
   EXPECT_EQ(ld, "-") << fit.out;
   EXPECT_EQ(alpha_dot, "-") << fit.out;
   EXPECT_NE(single, "-") << fit.out;
+}
+
+TEST_F(FitCommand, LeavesNothingWhereAFileGrowsBeyondWhatIsAllowed) {
+  const std::set<std::string> before = scratch_.contents();
+  rlimit usual{};
+  getrlimit(RLIMIT_FSIZE, &usual);
+  const rlimit small{16 << 10, usual.rlim_max};
+  setrlimit(RLIMIT_FSIZE, &small);  // the child's too
+  const Outcome fit = run("fit");
+  setrlimit(RLIMIT_FSIZE, &usual);
+  EXPECT_EQ(fit.exit_code, 2);
+  ASSERT_EQ(fit.complaints().size(), 1u) << fit.err;
+  EXPECT_NE(fit.err.find("File too large"), std::string::npos) << fit.err;
+  EXPECT_EQ(scratch_.contents(), before);
 }
 
 TEST_F(FitCommand, RefusesALabelImageThatIsNotOfThisSessionAndLeavesNothing) {
