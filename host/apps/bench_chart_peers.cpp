@@ -118,13 +118,6 @@ std::string draw_marks(const LogPanel& panel, const std::vector<PeerMark>& marks
 
 }  // namespace
 
-std::string default_ring(double x, double y) {
-  return fmt::format(
-      "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"7\" fill=\"none\" stroke=\"{}\" "
-      "stroke-width=\"2\"/>\n",
-      x, y, kChartDefault);
-}
-
 std::string peer_panel(const std::vector<Peer>& peers, double x, double y) {
   const LogPanel panel(x, y, peers);
   std::string text = chart_label(x + kPanelLeft, y + 8, "peers", 15, kChartInk);

@@ -61,8 +61,8 @@ TEST(Floor, StandsBelowItsErrorOnThePageUnderTheNameOfWhatMakesIt) {
   noise.figure = 8;
   model.figure = 10;
   const std::string page = apps::bench_chart(bench, {}, {noise, model}, "head");
-  EXPECT_NE(page.find(">floor 50 %<"), std::string::npos) << page;
-  EXPECT_NE(page.find(">model 50 %<"), std::string::npos);
+  EXPECT_NE(page.find(">floor 50 %: reached<"), std::string::npos) << page;
+  EXPECT_NE(page.find(">model's 50 %<"), std::string::npos);
 }
 
 TEST(Floor, OfAFigureThatIsNotThereIsNotKnown) {

@@ -7,6 +7,7 @@
 #include "apps/bench_chart.h"
 #include "apps/bench_choice.h"
 #include "apps/bench_figures.h"
+#include "apps/bench_knee.h"
 #include "apps/run_lamella.h"
 #include "base/error.h"
 #include "io/fake_session.h"
@@ -48,8 +49,8 @@ class BenchCommand : public ::testing::Test {
 
 // What stands in place of a truth here is the default's own fit.
 TEST_F(BenchCommand, WritesALineAPointAndARowForEverySettingOfAKnob) {
-  run_lamella({"fit", session().string(), "--out", (session() / "truth").string()});
   testing::write_fake_session(session(), cv::Size(320, 424));  // resolves blocks of 2
+  run_lamella({"fit", session().string(), "--out", (session() / "truth").string()});
   const Outcome outcome = bench("bin_px");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   v1::Bench report;
@@ -87,7 +88,6 @@ TEST_F(BenchCommand, WritesALineAPointAndARowForEverySettingOfAKnob) {
   EXPECT_NE(fit.err.find("fitting with standard"), std::string::npos) << fit.err;
 }
 
-TEST_F(BenchCommand, RefusesASessionWithoutItsTruth) { refused("bin_px", "no truth"); }
 TEST_F(BenchCommand, LeavesOutBlocksThatDoNotResolveThePatterns) {
   run_lamella({"fit", session().string(), "--out", (session() / "truth").string()});
   const Outcome outcome = bench("bin_px");
@@ -99,6 +99,7 @@ TEST_F(BenchCommand, LeavesOutBlocksThatDoNotResolveThePatterns) {
   EXPECT_EQ(report.points(0).value(), "1");
 }
 
+TEST_F(BenchCommand, RefusesASessionWithoutItsTruth) { refused("bin_px", "no truth"); }
 
 TEST_F(BenchCommand, RefusesAKnobThatIsNoneAndNamesThem) {
   refused("bins", "bin_px, occlusion_rounds");
@@ -135,11 +136,46 @@ std::string page_of(const Bench& bench) {
   return apps::bench_chart(bench, {{"bin_px", "pixels", {{"1", {}}}}}, {}, "a face");
 }
 
+TEST(Bench, TellsWhetherADefaultSitsAtTheKneeAndWhatTheOthersWouldCost) {
+  Bench bench = two_points();
+  apps::Knee knee = apps::knee_of(bench, "bin_px");
+  EXPECT_FALSE(knee.is_there);
+  EXPECT_EQ(knee.words, "2: 50 % quicker, the same error");
+  EXPECT_NE(page_of(bench).find(">1 is not at the knee<"), std::string::npos);
+  EXPECT_NE(page_of(bench).find("not: bin_px<"), std::string::npos);
+  for (double& figure : bench.points[1].figures) figure *= 3;
+  knee = apps::knee_of(bench, "bin_px");
+  EXPECT_TRUE(knee.is_there);
+  EXPECT_EQ(knee.words, "2: 50 % quicker, 3.0 times the error");
+  EXPECT_NE(page_of(bench).find(">1 is at the knee<"), std::string::npos);
+}
+
+TEST(Bench, TakesNoDifferenceOfRoundsForAGain) {
+  Bench bench = two_points();
+  bench.points[1].seconds = {1.7};
+  for (double& figure : bench.points[1].figures) figure *= 0.99;
+  EXPECT_TRUE(apps::knee_of(bench, "bin_px").is_there);  // rounds took 2 to 4 s
+  bench.default_seconds = {2, 2, 2};
+  EXPECT_FALSE(apps::knee_of(bench, "bin_px").is_there);
+}
+
+TEST(Bench, MarksACurveThatLeavesThePageWithAnArrowAndItsValue) {
+  Bench bench = two_points();
+  const std::string arrow = "l4 8h-8z";
+  EXPECT_EQ(page_of(bench).find(arrow), std::string::npos);
+  bench.points[1].figures[9] = 12.5 * bench.default_figures[9];
+  bench.points[1].figures[10] = 9 * bench.default_figures[10];
+  const std::string page = page_of(bench);
+  EXPECT_NE(page.find(arrow), page.rfind(arrow));
+  EXPECT_NE(page.find(">shallow albedo 12.5, 1 more above 8<"), std::string::npos);
+}
+
 TEST(Bench, SpeaksOfTheLeastOfSeveralRoundsAlone) {
   Bench bench = two_points();
   EXPECT_NE(page_of(bench).find("2.00 s, the least of 3 rounds<"), std::string::npos);
   bench.default_seconds = {4};
-  EXPECT_NE(page_of(bench).find("4.00 s<"), std::string::npos);
+  EXPECT_NE(page_of(bench).find("4.00 s, one round: its seconds are known to a fifth<"),
+            std::string::npos);
 }
 
 apps::ConfidenceCurve curve_of(const char* map, const char* label, std::vector<double> errors) {
