@@ -17,7 +17,9 @@ namespace lamella {
 namespace {
 
 constexpr int kLines = 16;  // of a chunk: what ZIP_COMPRESSION means
-constexpr int kLevel = 1;   // level 4 takes twice the time for 3 % of the size of float maps
+// Of libdeflate. Level 4 packs the maps of a fit of the twin's head 4 % smaller (12.31 MB,
+// not 12.81) in 2 % more time (1.90 s the whole fit, not 1.86).
+constexpr int kLevel = 1;
 
 using Bytes = std::vector<uint8_t>;
 
