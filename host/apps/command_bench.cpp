@@ -62,7 +62,8 @@ void leave_out_unresolving(const Session& session, std::vector<Knob>* knobs) {
       const int asked = setting.quality.bin_px;
       if (fit::resolving_bin_px(session, asked) == asked) return false;
       fmt::print(stderr,
-                 "lamella: warning: bin_px {} is left out: such blocks do not resolve the patterns\n",
+                 "lamella: warning: bin_px {} is left out: such blocks do not resolve the "
+                 "patterns\n",
                  asked);
       return true;
     });

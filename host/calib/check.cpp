@@ -3,13 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <map>
 #include <mutex>
 
 #include "base/error.h"
 #include "base/parallel.h"
 #include "calib/check_figures.h"
+#include "calib/check_frames.h"
 #include "calib/check_rig.h"
 #include "calib/receive.h"
 #include "io/json.h"
@@ -21,7 +20,6 @@ namespace lamella {
 namespace {
 
 // Below these a fit still runs, and says so; they are where its figures begin to suffer.
-constexpr double kMostClipped = 0.01;
 constexpr double kLeastLedSignal = 20;
 constexpr double kLeastProjectorSignal = 20;
 constexpr double kMostBlack = 0.05;
@@ -29,11 +27,6 @@ constexpr double kMostClosure = 0.02;
 constexpr double kLeastContrast = 0.15;
 constexpr double kMostAboveFull = 0.01;
 constexpr size_t kLeastPixels = 100;
-
-constexpr double kHopeless = 0.5;         // of any share that should be next to nothing
-constexpr double kLeastLight = 1e-3;      // of a white surface: under it nothing was lit
-constexpr double kLeastShare = 0.02;      // of the full light: no pattern has as little
-constexpr double kLeastOfColour = 0.005;  // of the colours' mean: no skin reflects as little
 
 CheckLine plain_line(Grade grade, const std::string& name, const std::string& text) {
   return {grade, name, text, 0, "", 0};
@@ -47,14 +40,6 @@ void guarded(const std::string& name, std::vector<CheckLine>* lines, const Read&
   } catch (const Error& e) {
     lines->push_back(plain_line(Grade::kUnusable, name, e.what()));
   }
-}
-
-std::string name_of(const Frame& frame) {
-  std::string name = frame.camera + " " + role_name(frame.role);
-  if (frame.role == Role::kFringe || frame.role == Role::kStripes) {
-    name += " " + std::to_string(frame.index);
-  }
-  return name + " " + analyser_name(frame.analyser);
 }
 
 // Judges a burst in memory, every photograph of which was read.
@@ -78,11 +63,7 @@ class BurstChecker {
   }
 
   void share(const std::string& name, double figure, double most, const std::string& of) {
-    Grade grade = figure <= most ? Grade::kGood : Grade::kPoor;
-    if (figure > kHopeless) grade = Grade::kUnusable;
-    lines_.push_back({grade, name,
-                      fmt::format("{:.2f} % {}, at most {:g} %", 100 * figure, of, 100 * most),
-                      100 * figure, "%", 100 * most});
+    lines_.push_back(share_line(name, figure, most, of));
   }
 
   void at_least(const std::string& name, double figure, double least, const std::string& of) {
@@ -128,107 +109,12 @@ class BurstChecker {
            fmt::format("{} pixels of it in the left camera", burst_.pixels.size()));
       return;
     }
-    if (!lit()) return;
-    clipping();
+    const CheckedFrames frames{session_, photographs_, burst_.pixels, burst_.right_pixels};
+    lines_.push_back(check_lit(frames));
+    if (lines_.back().grade == Grade::kUnusable) return;
+    for (const CheckLine& line : check_clipping(frames)) lines_.push_back(line);
     noise();
     light();
-  }
-
-  // What a frame must not be far below: the whole light that its pattern is a part of.
-  const Frame* whole_light(const Frame& f) const {
-    const bool leds = f.role <= Role::kGradientZ;
-    return session_.find(f.camera, leds ? Role::kGradientFull : Role::kFront, 0,
-                         leds || f.role == Role::kFront ? f.analyser : Analyser::kCross);
-  }
-
-  Vec3 light_in(const Frame& f) const {
-    return mean_light(photographs_.at(&f),
-                      f.camera == "left" ? burst_.pixels : burst_.right_pixels);
-  }
-
-  // What of the light that a photograph should have it has not: "", "light", "green light".
-  std::string missing_light(const Frame& frame) const {
-    static constexpr std::array<const char*, 3> kChannels{"red", "green", "blue"};
-    const Frame* all_of_it = whole_light(frame);
-    const Vec3 light = light_in(frame), whole = light_in(*all_of_it);
-    if (mean(whole) <= kLeastLight) return &frame == all_of_it ? "light" : "";  // that one is named
-    if (mean(light) <= kLeastShare * mean(whole)) return "light";
-    for (int c = 0; c < 3; ++c) {
-      if (light[c] <= kLeastOfColour * mean(light))
-        return kChannels[size_t(c)] + std::string(" light");
-    }
-    return "";
-  }
-
-  // Is there light in every photograph that should have some, and of every colour?
-  bool lit() {
-    std::map<std::pair<std::string, std::string>, std::vector<std::string>> dark;
-    std::map<std::string, size_t> lit_frames;  // that should be, by camera
-    for (const auto& [frame, photograph] : photographs_) {
-      if (frame->role == Role::kBlack || frame->role == Role::kAmbient) continue;
-      ++lit_frames[frame->camera];
-      const std::string missing = missing_light(*frame);
-      if (!missing.empty()) dark[{missing, frame->camera}].push_back(name_of(*frame));
-    }
-    std::string text;
-    for (const auto& [what, names] : dark) {
-      const auto& [missing, camera] = what;
-      const bool all = names.size() == lit_frames[camera];
-      text += (text.empty() ? "no " : ", no ") + missing + " in ";
-      text += all ? "any photograph of the " + camera + " camera"
-                  : fmt::format("{}", fmt::join(names, ", "));
-    }
-    if (dark.empty()) {
-      line(Grade::kGood, "light", "of every colour in every photograph that should have some");
-    } else {
-      line(Grade::kUnusable, "light", text + "; take the burst again");
-    }
-    return dark.empty();
-  }
-
-  // Of the frames that `belongs` takes: in any of them, and which has most.
-  template <class Belongs>
-  void clipped_in(const std::string& name, const std::vector<cv::Point>& pixels,
-                  const std::string& of, const Belongs& belongs) {
-    std::vector<const Photograph*> all, vital;
-    const Frame* worst = nullptr;
-    double most = 0;
-    for (const auto& [frame, photograph] : photographs_) {
-      if (!belongs(*frame)) continue;
-      all.push_back(&photograph);
-      if (is_vital(*frame)) vital.push_back(&photograph);
-      const double figure = clipped_share({&photograph}, pixels);
-      if (figure < most || figure == 0) continue;
-      if (figure == most && name_of(*worst) < name_of(*frame)) continue;
-      worst = frame;
-      most = figure;
-    }
-    share(name, clipped_share(all, pixels), kMostClipped, of);
-    CheckLine& line = lines_.back();
-    if (line.grade == Grade::kGood) return;
-    if (!(clipped_share(vital, pixels) > kHopeless)) line.grade = Grade::kPoor;
-    line.text +=
-        fmt::format(", most in {} ({:.2f} %); expose it less", name_of(*worst), 100 * most);
-  }
-
-  // A burst without the others still tells shape, normals and albedos.
-  bool is_vital(const Frame& f) const {
-    const int finest = int(session_.patterns.fringe_periods.size()) - 1;
-    if (f.camera != "left" || f.role == Role::kDots || f.role == Role::kBlack) return false;
-    return f.role != Role::kFringe || f.index == finest;
-  }
-
-  void clipping() {
-    const auto by_leds = [](const Frame& f) {
-      return f.role <= Role::kGradientZ || f.role == Role::kAmbient;
-    };
-    clipped_in("clipped, LEDs", burst_.pixels, "of labelled pixels",
-               [&](const Frame& f) { return f.camera == "left" && by_leds(f); });
-    clipped_in("clipped, projector", burst_.pixels, "of labelled pixels",
-               [&](const Frame& f) { return f.camera == "left" && !by_leds(f); });
-    if (burst_.right_pixels.empty()) return;
-    clipped_in("clipped, right camera", burst_.right_pixels, "of lit pixels",
-               [](const Frame& f) { return f.camera == "right"; });
   }
 
   void signal(const std::string& name, const Photograph& photograph, const Frame& frame,

@@ -94,9 +94,9 @@ DepthMap triangulated_depth(const Burst& burst) {
   parallel_both([&] { depth = left_depth(burst, projector); },
                 [&] {
                   if (!has_right) return;
-                  right = depth_of(burst, {*session.right, burst.right_fringe,
-                                           burst.right_front_lit, burst.right_noise,
-                                           burst.clipped_right});
+                  right =
+                      depth_of(burst, {*session.right, burst.right_fringe, burst.right_front_lit,
+                                       burst.right_noise, burst.clipped_right});
                 });
   if (has_right) {
     refine_with_right(session.left, *session.right, projector, right, &depth);
