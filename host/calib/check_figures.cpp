@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "base/parallel.h"
 
@@ -53,22 +54,24 @@ double bright_end(const Image3& image) {
 
 std::vector<cv::Point> pixels_to_check(const Labels& labels, const Image3& front_cross) {
   const double lit = labels.empty() ? kLitShare * bright_end(front_cross) : 0;
-  std::vector<std::vector<cv::Point>> rows(size_t(front_cross.rows));
+  const auto is_inside = [&](int y, int x) {
+    return labels.empty() ? mean(front_cross(y, x)) > lit : labels(y, x) > 0;
+  };
+  std::vector<size_t> before(size_t(front_cross.rows) + 1, 0);  // pixels above each row
   parallel_for(front_cross.rows, [&](int y) {
+    for (int x = 0; x < front_cross.cols; ++x) before[size_t(y) + 1] += is_inside(y, x) ? 1 : 0;
+  });
+  std::partial_sum(before.begin(), before.end(), before.begin());
+  const size_t step = before.back() / kMostPixels + 1;
+  std::vector<cv::Point> some((before.back() + step - 1) / step);
+  parallel_for(front_cross.rows, [&](int y) {
+    size_t number = before[size_t(y)];
     for (int x = 0; x < front_cross.cols; ++x) {
-      const bool inside = labels.empty() ? mean(front_cross(y, x)) > lit : labels(y, x) > 0;
-      if (inside) rows[size_t(y)].emplace_back(x, y);
+      if (!is_inside(y, x)) continue;
+      if (number % step == 0) some[number / step] = {x, y};
+      ++number;
     }
   });
-  size_t count = 0;
-  for (const auto& row : rows) count += row.size();
-  const size_t step = count / kMostPixels + 1;
-  std::vector<cv::Point> some;
-  size_t next = 0;  // of the row's pixels
-  for (const auto& row : rows) {
-    for (; next < row.size(); next += step) some.push_back(row[next]);
-    next -= row.size();
-  }
   return some;
 }
 

@@ -303,9 +303,9 @@ Burst linearise(const Session& session, const TriangleMesh* mesh, Photographs re
   Burst burst;
   burst.mesh = mesh;
   if (!session.regions_file.empty()) burst.regions = read_regions(session);
-  burst.check = check_burst(session, photographs, burst.regions, shape);
+  parallel_both([&] { burst.check = check_burst(session, photographs, burst.regions, shape); },
+                [&] { burst.motion = estimate_motion(session, photographs, burst.regions); });
   require_usable(burst.check);
-  burst.motion = estimate_motion(session, photographs, burst.regions);
   mend_motion(session, burst.motion, &photographs);
   place_patterns(session, &burst);
   burst.session = &session;

@@ -17,7 +17,7 @@ constexpr float kLeastFacing = 0.05f;   // more oblique, and a normal says nothi
 constexpr double kLinkSigmas = 1.5, kDataSigmas = 2.5;  // beyond, the other evidence is right
 // First the wrong measurements are found. Links that are only given up in part tear a surface, so
 // at the end each holds in full, or not at all, over a silhouette.
-constexpr int kRobustRounds = 3;
+constexpr int kRobustRounds = 2;
 constexpr double kFirstReach = 10;    // the first round believes links so many times further
 constexpr double kFirstTrust = 0.05;  // and measurements so much less
 constexpr double kAnchor = 1e-4;      // weight of the start, for islands without any evidence

@@ -12,7 +12,7 @@ struct Quality {
   std::string name = "standard";
   int bin_px = 1;             // pixels of a photograph averaged into one, each way
   int occlusion_rounds = 2;   // normals against what hides their light from them
-  int relax_rounds = 3;       // depths against normals, once it is known which of them to link
+  int relax_rounds = 1;       // depths against normals, once it is known which of them to link
   int lobe_samples = 6000;    // a region, for lobe and single scattering
   int lobe_rounds = 4;        // c against mixture and amplitudes
   int irradiance_cells = 49;  // a side of the table of what a normal receives

@@ -92,14 +92,19 @@ SubjectBurst find_subject(const Session& session) {
       },
       [&] { burst.fronts = read_photographs(burst.session, front_frames(burst.session)); });
   burst.session.given_labels = labels;
-  for (auto& [frame, photograph] : burst.fronts) {
-    const bool is_left = frame->camera == "left";
-    Camera& camera = is_left ? burst.session.left : *burst.session.right;
-    PixelWindow window = whole_window({camera.width, camera.height});
+  std::vector<std::pair<const Frame*, PixelWindow>> windows;
+  for (const auto& [frame, photograph] : burst.fronts) {
+    windows.emplace_back(frame, whole_window(photograph.radiance.size()));
+  }
+  parallel_for(int(windows.size()), [&](int i) {
+    auto& [frame, window] = windows[size_t(i)];
+    Photograph& photograph = burst.fronts.at(frame);
     window.area = lit_area(photograph.radiance);
-    if (is_left && !labels.empty()) window.area |= widened(bounds_of(labels), window.whole);
-    cut(window, &camera);
+    if (frame->camera == "left") window.area |= widened(bounds_of(labels), window.whole);
     cut(window, &photograph);
+  });
+  for (const auto& [frame, window] : windows) {
+    cut(window, frame->camera == "left" ? &burst.session.left : &*burst.session.right);
     burst.session.windows[frame->camera] = window;
   }
   return burst;
