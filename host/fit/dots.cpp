@@ -158,15 +158,21 @@ LayerContest contest_of(const std::vector<const KernelEquations*>& dots, double 
   return contest_layers(dots, both, kOffsetSigma, footprint_mm);
 }
 
-LayerContest fit_channel(const std::vector<const KernelEquations*>& dots,
-                         const ShallowLight& shallow, const PatternBlur& blur, size_t c,
-                         RegionScattering* region) {
+struct ChannelFit {
+  ChannelProfile profile;
+  LayerContest contest;
+};
+
+ChannelFit fit_channel(const std::vector<const KernelEquations*>& dots, const KnownSkin& known,
+                       const PatternBlur& blur) {
   const ChannelKernels kernels = channel_kernels(dots, blur);
-  const double reflectance = shallow.share > 0 ? shallow.albedo / shallow.share : 0;
-  const KnownSkin known{{kDermisTransport_mm[c], reflectance}, shallow, region->thickness_mm};
   ChannelProfile profile = fit_profile(kernels.all, known);
   widen_by_dots(kernels, known, &profile);
   widen_by_doubts(kernels, known, &profile);
+  return {profile, contest_of(dots, profile.deep.ld_mm, known, blur.expected_mm)};
+}
+
+void put_channel(const ChannelProfile& profile, size_t c, RegionScattering* region) {
   const auto& [deep, layers] = profile;
   region->ld_mm[c] = deep.ld_mm;
   region->ld_mm_stddev[c] = deep.ld_mm_stddev;
@@ -187,7 +193,6 @@ LayerContest fit_channel(const std::vector<const KernelEquations*>& dots,
     region->shallow_why = layers.shallow_why;
     region->shallow_doubt = Doubt::kNone;
   }
-  return contest_of(dots, deep.ld_mm, known, blur.expected_mm);
 }
 
 // One dipole for all of it: the deep layer is that, and there is no other.
@@ -352,9 +357,17 @@ Scattering fit_scattering(const Burst& burst, const Geometry& geometry, const No
     region.dots = int(own[1].size());
     region.deep_fitted = region.shallow_fitted = true;
     const std::array<ShallowLight, 3> shallow = shallow_light(burst, *separation, i + 1);
+    std::array<ChannelFit, 3> fits;
+    parallel_for(3, [&](int channel) {
+      const auto c = size_t(channel);
+      const double reflectance = shallow[c].share > 0 ? shallow[c].albedo / shallow[c].share : 0;
+      const SkinPrior prior{kDermisTransport_mm[c], reflectance};
+      fits[c] = fit_channel(own[c], {prior, shallow[c], region.thickness_mm}, blur);
+    });
     std::array<LayerContest, 3> contests;
     for (size_t c = 0; c < 3; ++c) {
-      contests[c] = fit_channel(own[c], shallow[c], blur, c, &region);
+      put_channel(fits[c].profile, c, &region);
+      contests[c] = fits[c].contest;
     }
     choose_layers(use, contests, shallow, &region);
   });
