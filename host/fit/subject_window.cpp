@@ -26,7 +26,9 @@ Image1 block_means(const Image3& image) {
   return means;
 }
 
+// Nothing stays nothing.
 cv::Rect widened(const cv::Rect& area, cv::Size size) {
+  if (area.empty()) return area;
   const int left = std::max(0, area.x - kMargin_px) / kGrid_px * kGrid_px;
   const int top = std::max(0, area.y - kMargin_px) / kGrid_px * kGrid_px;
   const int right = (area.br().x + kMargin_px + kGrid_px - 1) / kGrid_px * kGrid_px;

@@ -80,7 +80,7 @@ TEST(SharedHead, IsRecoveredAsWellAsItWas) {
   const Outcome compared = run_lamella(arguments);
   EXPECT_EQ(compared.exit_code, 0) << compared.err;
   const json figures = json_tree(compared.out);
-  ASSERT_EQ(figures["answered"].size(), 9u) << figures["answered"];
+  ASSERT_EQ(figures["answered"].size(), 10u) << figures["answered"];
   for (const auto& [map, share] : figures["answered"].items()) EXPECT_GE(share, kAnswered) << map;
   EXPECT_LE(mean_over_channels(figures["shallow_albedo"]["error"]), kShallow);
   EXPECT_LE(mean_over_channels(figures["deep_albedo"]["error"]), kDeep);

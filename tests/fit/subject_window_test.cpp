@@ -90,6 +90,13 @@ TEST_F(FindSubject, ReadsOfAPhotographTheWindowAlone) {
   EXPECT_EQ(cv::norm(labels, read_regions(whole)(area), cv::NORM_INF), 0);
 }
 
+TEST_F(FindSubject, WithoutLabelsIsWhereTheLightIs) {
+  Session session = read_session(scratch_.path());
+  const cv::Rect area = find_subject(session).session.window("left").area;
+  session.regions_file.clear();
+  EXPECT_EQ(find_subject(session).session.window("left").area, area);
+}
+
 // Failure: what is labelled and lies in shadow would be given up without a word.
 TEST_F(FindSubject, HoldsWhatIsLabelledThoughItIsDark) {
   Labels labels = read_labels(scratch_.path() / "regions.png");
