@@ -218,7 +218,8 @@ Burst binned_burst(const Burst& burst, const Session& session, int bin_px) {
                      &out.clipped_stripes, &out.clipped_fringe, &out.clipped_right}) {
     *mask = binned_mask(*mask, bin_px);
   }
-  for (NoiseModel* noise : {&out.led_noise, &out.projector_noise, &out.right_noise}) {
+  for (NoiseModel* noise : {&out.led_noise, &out.led_parallel_noise, &out.projector_noise,
+                            &out.front_parallel_noise, &out.right_noise}) {
     bin_noise(noise, bin_px);
   }
   out.dots_place.rest_px /= float(bin_px);

@@ -135,8 +135,9 @@ class Reader {
 };
 
 // Of photographs like the one of `role`, whose radiance_scale turns stored values into radiance.
-NoiseModel noise_of(const Session& session, const Camera& camera, Role role) {
-  const Frame* frame = session.find(camera.id, role, 0, Analyser::kCross);
+NoiseModel noise_of(const Session& session, const Camera& camera, Role role,
+                    Analyser analyser = Analyser::kCross) {
+  const Frame* frame = session.find(camera.id, role, 0, analyser);
   const double scale = frame ? mean(frame->radiance_scale) : 1;
   const bool known = camera.saturation < 1e29;
   const double step = known ? camera.saturation / kQuantisationSteps : 0;
@@ -311,6 +312,9 @@ Burst linearise(const Session& session, const TriangleMesh* mesh, Photographs re
   burst.session = &session;
   burst.led_noise = noise_of(session, session.left, Role::kGradientFull);
   burst.projector_noise = noise_of(session, session.left, Role::kFront);
+  burst.led_parallel_noise =
+      noise_of(session, session.left, Role::kGradientFull, Analyser::kParallel);
+  burst.front_parallel_noise = noise_of(session, session.left, Role::kFront, Analyser::kParallel);
   if (!mesh) burst.fringe.resize(session.patterns.fringe_periods.size());
   Reader reader(session);
   add_left_frames(&reader, &burst);

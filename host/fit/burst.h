@@ -40,7 +40,9 @@ struct Burst {
   Labels regions;                         // 0 background
   bool has_given_regions = false;         // else one, "face", until they are found
   std::vector<std::string> region_names;  // names[label]
-  NoiseModel led_noise, projector_noise;  // left camera
+  NoiseModel led_noise, projector_noise;  // left camera, cross photographs
+  // The parallel ones are set to the brighter light that they see.
+  NoiseModel led_parallel_noise, front_parallel_noise;
   NoiseModel right_noise;                 // right camera, lit by the projector
 
   // LED lit.

@@ -104,7 +104,7 @@ class Weigher {
     const float open = expected(y, x, gain) / std::max(0.02f, share);
     const float model = square(kLedModelError) + square(kShadowError * (1 - share));
     const float single = amplitude(fit(y, x)) * responses_.led_single(y, x);
-    return evidence(y, x, {burst_.full, burst_.led_noise, gain, single},
+    return evidence(y, x, {burst_.full, burst_.led_parallel_noise, burst_.led_noise, gain, single},
                     model * square(expected(y, x, gain)) + square(kStrayError * open));
   }
 
@@ -114,23 +114,26 @@ class Weigher {
     const float model =
         square(kFrontModelError) + square(kNormalError * responses_.front_slope(y, x));
     const float single = amplitude(fit(y, x)) * responses_.front_single(y, x);
-    return evidence(y, x, {burst_.front, burst_.projector_noise, gain, single},
-                    model * square(expected(y, x, gain)) + square(kSingleError * single));
+    return evidence(
+        y, x, {burst_.front, burst_.front_parallel_noise, burst_.projector_noise, gain, single},
+        model * square(expected(y, x, gain)) + square(kSingleError * single));
   }
 
  private:
   // A pixel under one light: radiance of S per c, and of single scattering.
   struct Lit {
     const AnalyserPair& photographs;
-    const NoiseModel& noise;
+    const NoiseModel &parallel_noise, &cross_noise;
     float gain, single;
   };
 
   Evidence evidence(int y, int x, const Lit& lit, float model_variance) const {
     const Vec3 cross = lit.photographs.cross(y, x);
     const float s = mean(lit.photographs.parallel(y, x) - cross);
-    const float radiance = mean(cross) + 0.5f * expected(y, x, lit.gain);
-    const float noise_variance = 2 * lit.noise.variance(radiance) / 3;
+    const float radiance = mean(cross), polarized = expected(y, x, lit.gain) + lit.single;
+    const float noise_variance =
+        (lit.parallel_noise.variance(radiance + polarized) + lit.cross_noise.variance(radiance)) /
+        3;
     const float variance = noise_variance + model_variance;
     return {lit.gain * (s - lit.single) / variance, square(lit.gain) / variance,
             square(lit.gain / variance) * noise_variance};

@@ -95,9 +95,14 @@ struct Sampler {
     }
     const float per_pixel = 1.f / float(count);
     s->full = float(sum / count);
-    s->full_variance = 2 * burst.led_noise.variance(mean(full_cross) * per_pixel) / 3 * per_pixel;
+    const float full_radiance = mean(full_cross) * per_pixel;
+    s->full_variance = (burst.led_parallel_noise.variance(full_radiance) +
+                        burst.led_noise.variance(full_radiance)) /
+                       3 * per_pixel;
     for (int c = 0; c < 3; ++c) {
-      s->front_variance[c] = 2 * burst.projector_noise.variance(front_cross[c] * per_pixel);
+      const float radiance = front_cross[c] * per_pixel;
+      s->front_variance[c] =
+          burst.front_parallel_noise.variance(radiance) + burst.projector_noise.variance(radiance);
     }
   }
 

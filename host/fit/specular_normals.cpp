@@ -16,7 +16,6 @@ constexpr float kMirrorCoarseSigmaMm = 0.75f;  // about as far as blue light sca
 constexpr float kEnergySigmaMm = 0.75f;
 constexpr float kMostSigma_px = 8;
 constexpr int kWidest_px = int(2 * kMostSigma_px);  // averages are cut at 2 sigma
-constexpr float kNoiseMargin = 1.5f;  // the energy of a few pixels' noise is itself uncertain
 constexpr float kMirrorLeastFacing = 0.15f;  // n.v; beyond, r + v is too short to have a direction
 
 // Undefined where there is no surface.
@@ -56,10 +55,11 @@ Specular specular_normal(const SpecularMoments& m, const Vec3& v) {
 float moment_variance(const Burst& burst, int y, int x) {
   float variance = 0;
   for (int c = 0; c < 3; ++c) {
-    for (const Image3* image : {&burst.full.parallel, &burst.full.cross}) {
-      const float radiance = (*image)(y, x)[c];
-      variance +=
-          4 * burst.led_noise.variance(0.5f * radiance) + burst.led_noise.variance(radiance);
+    const std::pair<float, const NoiseModel&> photographs[] = {
+        {burst.full.parallel(y, x)[c], burst.led_parallel_noise},
+        {burst.full.cross(y, x)[c], burst.led_noise}};
+    for (const auto& [radiance, noise] : photographs) {
+      variance += 4 * noise.variance(0.5f * radiance) + noise.variance(radiance);
     }
   }
   return variance / 9;
@@ -106,8 +106,8 @@ Image3 add_specular_detail(const Burst& burst, const SurfaceView& view, const Im
   parallel_for(normal.rows, [&](int y) {
     for (int x = 0; x < normal.cols; ++x) {
       const Vec2& e = energy(y, x);
-      if (!is_finite(base(y, x)) || !(e[0] > kNoiseMargin * e[1])) continue;
-      normal(y, x) = unit(base(y, x) + detail.turn(y, x) * (1 - kNoiseMargin * e[1] / e[0]));
+      if (!is_finite(base(y, x)) || !(e[0] > e[1])) continue;
+      normal(y, x) = unit(base(y, x) + detail.turn(y, x) * (1 - e[1] / e[0]));
     }
   });
   return normal;

@@ -23,7 +23,7 @@ Burst burst_of(const Session& session) {
   burst.clipped_led = Mask(size, 0);
   burst.clipped_projector = Mask(size, 0);
   burst.black = Image3(size, Vec3(1, 2, 3));
-  burst.led_noise = {4, 8};
+  burst.led_noise = burst.led_parallel_noise = {4, 8};
   return burst;
 }
 
@@ -81,6 +81,7 @@ TEST(Binned, TheNoiseOfFourPixelsMeanIsAQuarter) {
   const Session session = small_session(), binned = binned_session(session, 2);
   const Burst small = binned_burst(burst_of(session), binned, 2);
   EXPECT_FLOAT_EQ(small.led_noise.variance(1), 3);
+  EXPECT_FLOAT_EQ(small.led_parallel_noise.variance(1), 3);
 }
 
 // Blocks whose pixels see a plane that faces the camera, `step_mm` further on the right half.

@@ -23,6 +23,7 @@ Skin plain_skin() {
   skin.burst.regions = Labels(size, uchar(1));
   skin.burst.clipped_led = skin.burst.clipped_projector = Mask(size, uchar(0));
   skin.burst.led_noise = skin.burst.projector_noise = {1e-7, 3e-5};
+  skin.burst.led_parallel_noise = skin.burst.front_parallel_noise = skin.burst.led_noise;
   for (AnalyserPair* pair : {&skin.burst.full, &skin.burst.front}) {
     pair->cross = Image3(size, Vec3::all(0.2f));
     pair->parallel = pair->cross + cv::Scalar::all(double(kTrueC));
@@ -78,6 +79,7 @@ Burst noisy_burst() {
   burst.regions = Labels(kSide_px, kSide_px, uchar(1));
   burst.region_names = {"background", "skin"};
   burst.led_noise = burst.projector_noise = {1e-5, 1e-4};
+  burst.led_parallel_noise = burst.front_parallel_noise = burst.led_noise;
   burst.clipped_led = burst.clipped_projector = Mask(kSide_px, kSide_px, uchar(0));
   burst.full = {noise3(0.4f, 0.6f), noise3(0.2f, 0.3f)};
   burst.front = {noise3(0.4f, 0.6f), noise3(0.2f, 0.3f)};
@@ -103,6 +105,35 @@ TEST(Intensity, IsTheSameToTheLastBitWhicheverThreadTakesARow) {
     }
   }
   EXPECT_EQ(other_rows, 0);
+}
+
+void add_noise(const NoiseModel& noise, cv::RNG* random, Image3* image) {
+  for (Vec3& radiance : *image) {
+    for (int c = 0; c < 3; ++c) {
+      radiance[c] += float(random->gaussian(std::sqrt(double(noise.variance(radiance[c])))));
+    }
+  }
+}
+
+// Failure: the parallel photograph, set to brighter light, has several times the crossed one's
+// noise; deviations that count the crossed one's twice are too small by a third.
+TEST(Intensity, DeviatesByTheNoiseOfEachOfTheTwoPhotographs) {
+  Skin skin = plain_skin();
+  Burst& burst = skin.burst;
+  burst.led_parallel_noise = burst.front_parallel_noise = {1e-7, 1.2e-4};
+  cv::RNG random(1);
+  for (AnalyserPair* pair : {&burst.full, &burst.front}) {
+    add_noise(burst.led_parallel_noise, &random, &pair->parallel);
+    add_noise(burst.led_noise, &random, &pair->cross);
+  }
+  const IntensityMap map = estimate_intensity(burst, skin.responses, skin.fits);
+  int within_one = 0;
+  for (int y = 0; y < map.c.rows; ++y) {
+    for (int x = 0; x < map.c.cols; ++x) {
+      within_one += std::abs(map.c(y, x) - kTrueC) < map.stddev(y, x);
+    }
+  }
+  EXPECT_NEAR(within_one / double(map.c.total()), 0.68, 0.04);
 }
 
 // Failure: a negative reflectance, or one whose confidence is the quotient of nothing.

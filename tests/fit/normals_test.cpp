@@ -86,7 +86,7 @@ Burst noisy(Burst burst, float share) {
     spoil(&pair->parallel);
     spoil(&pair->cross);
   }
-  burst.led_noise = noise;
+  burst.led_noise = burst.led_parallel_noise = noise;
   return burst;
 }
 

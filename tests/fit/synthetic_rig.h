@@ -157,6 +157,7 @@ inline Burst photograph(const Session& session, const Shape& shape) {
   burst.session = &session;
   burst.region_names = session.region_names;
   burst.led_noise = burst.projector_noise = burst.right_noise = {1e-8, 1e-6};
+  burst.led_parallel_noise = burst.front_parallel_noise = burst.led_noise;
   burst.regions = Labels(kHeight, kWidth, uchar(0));
   burst.clipped_led = burst.clipped_projector = Mask(kHeight, kWidth, uchar(0));
   for (int y = 0; y < kHeight; ++y) {

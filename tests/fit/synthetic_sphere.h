@@ -95,6 +95,7 @@ class SpherePhotographer {
     s->session.projector = camera_at({0, 0, 1000}, kSize);
     s->burst.session = &s->session;
     s->burst.led_noise = s->burst.projector_noise = {noise_ * 0.0004 * 0.0004, noise_ / 30000};
+    s->burst.led_parallel_noise = s->burst.front_parallel_noise = s->burst.led_noise;
     const cv::Size size(kSize, kSize);
     const Vec3 nowhere(kNaN, kNaN, kNaN);
     s->burst.regions = Labels(size, 0);
