@@ -43,7 +43,7 @@ struct Burst {
   NoiseModel led_noise, projector_noise;  // left camera, cross photographs
   // The parallel ones are set to the brighter light that they see.
   NoiseModel led_parallel_noise, front_parallel_noise;
-  NoiseModel right_noise;                 // right camera, lit by the projector
+  NoiseModel right_noise;  // right camera, lit by the projector
 
   // LED lit.
   AnalyserPair full;                     // GRADIENT_FULL

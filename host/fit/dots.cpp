@@ -25,8 +25,9 @@ constexpr double kNearestDipoleError = 0.04;
 // literature, falling with the wavelength to the power of 1.4 (S. L. Jacques, "Optical properties
 // of biological tissues: a review", 2013).
 constexpr std::array<double, 3> kDermisTransport_mm{0.38, 0.32, 0.26};
-constexpr double kBlurDoubt = 0.15;  // one sigma, relative, of what the kernels agree on
-constexpr double kBlend_mm = 3;      // l_d goes from one region's to the next's over this
+constexpr double kBlurDoubt = 0.15;         // one sigma, relative, of what the kernels agree on
+constexpr double kBlend_mm = 3;             // l_d goes from one region's to the next's over this
+constexpr double kSpreadAtHalfTrust = 0.1;  // of l_d, relative
 constexpr float kHighestReflectance = 0.97f;
 
 // What camera and projector blur.
@@ -283,16 +284,25 @@ void borrow(const Labels& labels, size_t index, std::vector<RegionScattering>* r
   (*regions)[index] = taken;
 }
 
-Image3 blend_ld(const Burst& burst, const std::vector<RegionScattering>& regions) {
+// 1 for a figure without deviation, 1/2 at the relative deviation above.
+float trust_in_ld(const RegionScattering& region) {
+  double relative = 0;
+  for (size_t c = 0; c < 3; ++c) relative += region.ld_mm_stddev[c] / region.ld_mm[c] / 3;
+  return float(1 / (1 + relative / kSpreadAtHalfTrust));
+}
+
+// Of every pixel l_d, and how far it is to be believed.
+void blend_ld(const Burst& burst, Scattering* scattering) {
   const cv::Size size = burst.regions.size();
-  Image3 sum(size, Vec3(0, 0, 0));
+  cv::Mat_<cv::Vec4f> sum(size, cv::Vec4f::all(0));
   Image1 weight(size, 0.f);
   for (int y = 0; y < size.height; ++y) {
     for (int x = 0; x < size.width; ++x) {
       if (!burst.regions(y, x)) continue;
-      const auto& ld = regions[burst.regions(y, x) - 1u].ld_mm;
+      const RegionScattering& region = scattering->regions[burst.regions(y, x) - 1u];
+      const auto& ld = region.ld_mm;
       if (!(ld[0] > 0)) continue;
-      sum(y, x) = Vec3(float(ld[0]), float(ld[1]), float(ld[2]));
+      sum(y, x) = cv::Vec4f(float(ld[0]), float(ld[1]), float(ld[2]), trust_in_ld(region));
       weight(y, x) = 1;
     }
   }
@@ -301,13 +311,16 @@ Image3 blend_ld(const Burst& burst, const std::vector<RegionScattering>& regions
   const int width = std::max(1, int(kBlend_mm * px_per_mm)) | 1;
   cv::boxFilter(sum, sum, -1, {width, width}, {-1, -1}, false);
   cv::boxFilter(weight, weight, -1, {width, width}, {-1, -1}, false);
-  Image3 blended(size, Vec3(kNaN, kNaN, kNaN));
+  scattering->deep_ld_mm = Image3(size, Vec3(kNaN, kNaN, kNaN));
+  scattering->ld_confidence = Image1(size, 0.f);
   parallel_for(size.height, [&](int y) {
     for (int x = 0; x < size.width; ++x) {
-      if (burst.regions(y, x) && weight(y, x) > 0) blended(y, x) = sum(y, x) * (1 / weight(y, x));
+      if (!burst.regions(y, x) || !(weight(y, x) > 0)) continue;
+      const cv::Vec4f mean = sum(y, x) * (1 / weight(y, x));
+      scattering->deep_ld_mm(y, x) = Vec3(mean[0], mean[1], mean[2]);
+      scattering->ld_confidence(y, x) = mean[3];
     }
   });
-  return blended;
 }
 
 Image3 alpha_map(const Image3& deep_albedo) {
@@ -375,7 +388,7 @@ Scattering fit_scattering(const Burst& burst, const Geometry& geometry, const No
   for (size_t i = 0; i < measured.size(); ++i) {
     if (measured[i].dots == 0) borrow(burst.regions, i, &scattering.regions);
   }
-  scattering.deep_ld_mm = blend_ld(burst, scattering.regions);
+  blend_ld(burst, &scattering);
   if (use == LayerUse::kSingle) fold_shallow_light(separation);
   scattering.deep_alpha = alpha_map(separation->deep_albedo);
   return scattering;

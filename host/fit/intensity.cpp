@@ -12,7 +12,8 @@ namespace lamella::fit {
 namespace {
 
 constexpr float kIntensityMinCosine = 0.05f;  // towards camera and projector
-constexpr float kLedModelError = 0.08f;       // relative, of W: errors of the normal in it
+constexpr float kLedModelError = 0.08f;       // relative, of W: errors of the lobe in it
+constexpr float kLedNormalError = 0.06f;      // radians, and what of the lobe's tail grows alike
 constexpr float kShadowError = 2.f;       // relative, of W, per share of the light that is hidden
 constexpr float kStrayError = 0.03f;      // light from other skin, relative to an open pixel's
 constexpr float kFrontModelError = 0.1f;  // relative, of p at its peak
@@ -48,6 +49,12 @@ struct ResponseMaker {
         nearer > 0 ? 2 * (nearer - farther) / (nearer + farther) / (2 * step) : 0;
   }
 
+  // W falls as 1/(n.v) does: by tan(theta_v) per radian.
+  static float slope_of(float n_v) {
+    const float cosine = std::max(n_v, kIntensityMinCosine);
+    return std::sqrt(std::max(0.f, 1 - cosine * cosine)) / cosine;
+  }
+
   void pixel(int y, int x, const LedCell& cell) const {
     const SkinModel& skin = skins[size_t(burst.regions(y, x) - 1)];
     const Vec3 n = normals.specular(y, x);
@@ -55,6 +62,7 @@ struct ResponseMaker {
     out->led_share(y, x) = led.share;
     out->led_lobe(y, x) = led.lobe;
     out->led_single(y, x) = led.single;
+    out->led_slope(y, x) = slope_of(dot(n, geometry.to_camera(y, x)));
     out->front_lobe(y, x) = out->front_single(y, x) = out->front_slope(y, x) = 0;
     front(y, x, skin);
   }
@@ -102,7 +110,8 @@ class Weigher {
     if (!(gain > 0) || is_clipped(burst_.clipped_led, y, x)) return {};
     const float share = responses_.led_share(y, x);
     const float open = expected(y, x, gain) / std::max(0.02f, share);
-    const float model = square(kLedModelError) + square(kShadowError * (1 - share));
+    const float model = square(kLedModelError) + square(kShadowError * (1 - share)) +
+                        square(kLedNormalError * responses_.led_slope(y, x));
     const float single = amplitude(fit(y, x)) * responses_.led_single(y, x);
     return evidence(y, x, {burst_.full, burst_.led_parallel_noise, burst_.led_noise, gain, single},
                     model * square(expected(y, x, gain)) + square(kStrayError * open));
@@ -161,7 +170,7 @@ Responses skin_responses(const Burst& burst, const Geometry& geometry, const Nor
                          const LightVisibility& visibility, const std::vector<SkinModel>& skins) {
   Responses out;
   for (Image1* map : {&out.led_lobe, &out.led_single, &out.front_lobe, &out.front_single,
-                      &out.led_share, &out.front_slope}) {
+                      &out.led_share, &out.front_slope, &out.led_slope}) {
     *map = Image1(burst.regions.size(), kNaN);
   }
   const ResponseMaker maker{burst,      geometry, normals,
@@ -201,8 +210,11 @@ IntensityMap estimate_intensity(const Burst& burst, const Responses& responses,
       const float total = weight(y, x) + prior;
       const float c = (weighted(y, x) + prior * local) / total;
       map.c(y, x) = std::max(0.f, c);
-      map.stddev(y, x) = std::sqrt(noise_variance(y, x)) / total;
-      const float relative = 1.f / (std::sqrt(total) * std::max(c, 0.1f * typical));
+      // Without light of its own it has only what is known of its neighbourhood.
+      map.stddev(y, x) =
+          weight(y, x) > 0 ? std::sqrt(noise_variance(y, x)) / total : 1 / std::sqrt(total);
+      // Of its neighbours' c: noise must not choose its own confidence.
+      const float relative = 1.f / (std::sqrt(total) * std::max(local, 0.1f * typical));
       map.confidence(y, x) = 1.f / (1.f + relative);
     }
   });

@@ -15,6 +15,7 @@ struct Responses {
   Image1 front_lobe, front_single;  // under FRONT; 0 where the projector does not reach
   Image1 led_share;                 // of the light above the horizon, cosine weighted, that reaches
   Image1 front_slope;               // |d log(front_lobe) / d theta|, per radian
+  Image1 led_slope;                 // about the same of led_lobe, as the normal turns from the eye
 };
 
 // `skins`, `fits`: by label - 1.
@@ -24,7 +25,7 @@ Responses skin_responses(const Burst& burst, const Geometry& geometry, const Nor
 struct IntensityMap {
   Image1 c;           // of eq. 1
   Image1 confidence;  // 0 to 1: 1/(1 + relative standard deviation)
-  Image1 stddev;      // of the camera's noise alone
+  Image1 stddev;      // of the camera's noise alone; of the neighbours' spread where they stand in
 };
 
 // c from GRADIENT_FULL and FRONT less single scattering, each weighted by its noise and by how well

@@ -222,10 +222,9 @@ void report_separation(const Separation& separation, LayeredFit* fit) {
 void report_scattering(const Scattering& scattering, LayeredFit* fit) {
   fit->maps.deep_ld_mm = scattering.deep_ld_mm;
   fit->maps.deep_alpha = scattering.deep_alpha;
-  for (const char* same : {"deep_alpha", "deep_ld"}) {
-    const auto deep = fit->maps.confidence.find("deep_albedo");
-    if (deep != fit->maps.confidence.end()) put_confidence(same, deep->second, fit);
-  }
+  const auto deep = fit->maps.confidence.find("deep_albedo");
+  if (deep != fit->maps.confidence.end()) put_confidence("deep_alpha", deep->second, fit);
+  put_confidence("deep_ld", scattering.ld_confidence, fit);
   for (int i = 0; i < fit->layers.regions_size(); ++i) {
     v1::Region* region = fit->layers.mutable_regions(i);
     const RegionScattering& from = scattering.regions[size_t(i)];

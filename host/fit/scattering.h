@@ -13,7 +13,7 @@ namespace lamella::fit {
 struct Separation {
   Image3 shallow_albedo;               // 2 A / E
   Image3 deep_albedo;                  // 4 M / E
-  Image3 shallow_stddev, deep_stddev;  // of the camera's noise alone
+  Image3 shallow_stddev, deep_stddev;  // of the camera's noise, and of skin taken for it
   Image1 confidence;                   // of the shallow albedo, and of the two together
   Image1 deep_confidence;              // of what the shallow share leaves
   double closure_rms = 0;              // of shallow + deep against FRONT - BLACK, relative
@@ -34,6 +34,7 @@ struct RegionScattering {
 struct Scattering {
   std::vector<RegionScattering> regions;  // by label - 1
   Image3 deep_ld_mm;                      // blended across region borders
+  Image1 ld_confidence;                   // of that, by its regions' deviations
   Image3 deep_alpha;                      // from deep_albedo by eq. 8
 };
 

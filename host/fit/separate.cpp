@@ -314,7 +314,7 @@ Separation separate_layers(const Burst& burst, const Geometry& geometry, const N
       const Vec3 shallow = map.share(y, x);
       separation.shallow_albedo(y, x) = shallow.mul(whole.albedo);
       separation.deep_albedo(y, x) = (Vec3(1, 1, 1) - shallow).mul(whole.albedo);
-      put_stddev(shallow, map.passed_variance(y, x), whole, &separation.shallow_stddev(y, x),
+      put_stddev(shallow, map.noise_variance(y, x), whole, &separation.shallow_stddev(y, x),
                  &separation.deep_stddev(y, x));
       const float noise = mean(map.noise_variance(y, x)), other = other_variance(y, x);
       separation.confidence(y, x) = trust_in_part(other + noise, whole);

@@ -20,7 +20,6 @@ class RegionShare {
       : box_(cv::boundingRect(regions == label)),
         share_(map->share(box_)),
         noise_(map->noise_variance(box_)),
-        passed_(map->passed_variance(box_)),
         inside_(box_.size(), 0.f) {
     for (int y = 0; y < box_.height; ++y) {
       for (int x = 0; x < box_.width; ++x) {
@@ -61,14 +60,15 @@ class RegionShare {
   }
 
   void apply(const Mat33& gain) {
-    const cv::Matx33f g(gain), squares = g.mul(g);
+    const cv::Matx33f g(gain);
     for (int y = 0; y < box_.height; ++y) {
       for (int x = 0; x < box_.width; ++x) {
         if (!(inside_(y, x) > 0)) continue;
         share_(y, x) = mean_(y, x) + g * (share_(y, x) - mean_(y, x));
         const float mean_share = 1 / neighbours_(y, x);  // the pixel's own, in the mean
-        passed_(y, x) = noise_(y, x) * mean_share + (squares * noise_(y, x)) * (1 - mean_share);
-        for (int c = 0; c < 3; ++c) noise_(y, x)[c] *= std::max(0.f, g(c, c));
+        for (int c = 0; c < 3; ++c) {
+          noise_(y, x)[c] *= mean_share + std::max(0.f, g(c, c)) * (1 - mean_share);
+        }
       }
     }
   }
@@ -87,15 +87,14 @@ class RegionShare {
   }
 
   cv::Rect box_;
-  Image3 share_, noise_, passed_, mean_;  // the first three are the map's own
-  Image1 inside_, neighbours_;            // 1 where there is a pixel; how many a mean is of
+  Image3 share_, noise_, mean_;  // the first two are the map's own
+  Image1 inside_, neighbours_;   // 1 where there is a pixel; how many a mean is of
   double count_ = 0;
 };
 
 }  // namespace
 
 void remove_share_noise(const Labels& regions, int region_count, int window_px, ShareMap* map) {
-  map->passed_variance = map->noise_variance.clone();
   parallel_for(region_count, [&](int i) {
     RegionShare region(regions, i + 1, map);
     if (region.count() < kFewestPixels) return;

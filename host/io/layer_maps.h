@@ -23,8 +23,8 @@ struct LayerMaps {
   Image3 deep_alpha;
   Image3 deep_ld_mm;
   std::map<std::string, Image1> confidence;  // by map name, 0 to 1; empty in truth/
-  // What the camera's noise alone does to a map, one sigma, in its unit: "deep_albedo.R". Of the
-  // fit; not read back.
+  // What the camera's noise does to a map, and what was averaged away with it, one sigma, in its
+  // unit: "deep_albedo.R". Of the fit; not read back.
   std::map<std::string, Image1> stddev;
   Labels regions;
   // Of the left camera's pixels, those that the maps have; nothing is known of others. Of a fit;

@@ -32,8 +32,8 @@ Skin plain_skin() {
        {&skin.responses.led_lobe, &skin.responses.front_lobe, &skin.responses.led_share}) {
     *map = Image1(size, 1.f);
   }
-  for (Image1* map :
-       {&skin.responses.led_single, &skin.responses.front_single, &skin.responses.front_slope}) {
+  for (Image1* map : {&skin.responses.led_single, &skin.responses.front_single,
+                      &skin.responses.front_slope, &skin.responses.led_slope}) {
     *map = Image1(size, 0.f);
   }
   skin.fits[0].intensity = double(kTrueC);
@@ -92,7 +92,8 @@ TEST(Intensity, IsTheSameToTheLastBitWhicheverThreadTakesARow) {
   cv::theRNG().state = 1;
   const Burst burst = noisy_burst();
   const Responses responses{noise1(0.5f, 1.f), noise1(0.5f, 1.f), noise1(0.5f, 1.f),
-                            noise1(0.5f, 1.f), noise1(0.5f, 1.f), noise1(0.f, 3.f)};
+                            noise1(0.5f, 1.f), noise1(0.5f, 1.f), noise1(0.f, 3.f),
+                            noise1(0.f, 3.f)};
   RegionFit fit = prior_region_fit();
   fit.intensity = 0.3;
   fit.single.amplitude = {0.067, 0.063, 0.053};

@@ -59,27 +59,11 @@ TEST(ShareDetail, TakesMostOfTheNoiseAndLeavesTheMolesAndTheBorder) {
   EXPECT_LT(rms_error(noisy.map), 0.46 * double(kShareNoise));
 }
 
-TEST(ShareDetail, SaysWhatNoiseIsLeft) {
+// Failure: what of the skin was taken for noise is not in it.
+TEST(ShareDetail, SaysHowFarOffNoiseLeavesIt) {
   Made noisy = made(kShareNoise);
   remove_share_noise(noisy.regions, 2, kWindow_px, &noisy.map);
-  EXPECT_NEAR(std::sqrt(mean_variance(noisy.map)) / rms_error(noisy.map), 1, 0.25);
-}
-
-// Two photographs of one skin differ by what noise is in either.
-TEST(ShareDetail, SaysByHowMuchNoiseAloneLetsItDiffer) {
-  Made one = made(kShareNoise, 1), other = made(kShareNoise, 2);
-  for (Made* either : {&one, &other}) {
-    remove_share_noise(either->regions, 2, kWindow_px, &either->map);
-  }
-  double difference = 0, told = 0;
-  for (int y = 0; y < kSkinSide_px; ++y) {
-    for (int x = 0; x < kSkinSide_px; ++x) {
-      const Vec3 off = one.map.share(y, x) - other.map.share(y, x);
-      difference += double(dot(off, off));
-      told += 3.0 * double(mean(one.map.passed_variance(y, x) + other.map.passed_variance(y, x)));
-    }
-  }
-  EXPECT_NEAR(std::sqrt(difference / told), 1, 0.05);
+  EXPECT_NEAR(std::sqrt(mean_variance(noisy.map)) / rms_error(noisy.map), 1, 0.1);
 }
 
 TEST(ShareDetail, ChangesNothingWithoutNoise) {
