@@ -129,6 +129,8 @@ TEST(Dots, RegionWithoutOneBorrowsItsNeighboursAndSaysSo) {
   EXPECT_EQ(fit.regions[1].deep_doubt, Doubt::kNotJudged);
   EXPECT_NEAR(fit.regions[1].ld_mm[0], fit.regions[0].ld_mm[0], 1e-6);
   EXPECT_GT(fit.regions[1].ld_mm_stddev[0], fit.regions[0].ld_mm_stddev[0]);
+  ASSERT_EQ(plane.burst.regions(50, 40), 1);
+  EXPECT_LT(fit.ld_confidence(94, 74), fit.ld_confidence(50, 40));
 }
 
 TEST(Dots, WithoutAnyTheLengthIsUnknownAndSaysWhy) {

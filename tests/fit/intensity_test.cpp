@@ -137,6 +137,25 @@ TEST(Intensity, DeviatesByTheNoiseOfEachOfTheTwoPhotographs) {
   EXPECT_NEAR(within_one / double(map.c.total()), 0.68, 0.04);
 }
 
+// Failure: a deviation of nothing, which no figure has.
+TEST(Intensity, WithoutLightOfItsOwnIsAsUnsureAsNeighboursAreUnlike) {
+  Skin skin = plain_skin();
+  skin.burst.clipped_led(20, 20) = skin.burst.clipped_projector(20, 20) = 255;
+  const IntensityMap map = estimate_intensity(skin.burst, skin.responses, skin.fits);
+  EXPECT_NEAR(map.stddev(20, 20) / map.c(20, 20), 0.25f, 1e-3f);
+}
+
+// Failure: there S is strongest, and its noise least, but a normal that is off a little makes much
+// of it.
+TEST(Intensity, IsLessSureWhereItIsSeenAtGrazingAngles) {
+  Skin skin = plain_skin();
+  skin.responses.front_lobe(20, 20) = 0;
+  skin.responses.front_lobe(20, 21) = 0;
+  skin.responses.led_slope(20, 20) = 2.5f;
+  const IntensityMap map = estimate_intensity(skin.burst, skin.responses, skin.fits);
+  EXPECT_LT(map.confidence(20, 20), map.confidence(20, 21) - 0.03f);
+}
+
 // Failure: a negative reflectance, or one whose confidence is the quotient of nothing.
 TEST(Intensity, OfNegativeLightIsNothing) {
   Skin skin = plain_skin();
