@@ -80,9 +80,9 @@ EncodedImage normal_texture(const FaceMaps& face, const EngineMesh& mesh, int si
   return encoded("normal", bytes_of(t, [](float a) { return byte_of(0.5f + 0.5f * a); }), false);
 }
 
-EncodedImage roughness_texture(const FaceMaps& face, const v1::Layers& layers) {
+EncodedImage roughness_texture(const FaceMaps& face, const v1::Layers& layers, int side_px) {
   const Labels& regions = face.maps.regions;
-  const cv::Size size = limited(regions.size(), kRoughnessSidePx);
+  const cv::Size size = limited(regions.size(), std::min(kRoughnessSidePx, side_px));
   Labels small;
   cv::resize(regions, small, size, 0, 0, cv::INTER_NEAREST);
   Image1 alpha(size, kNaN);
@@ -167,7 +167,7 @@ FaceTextures face_textures(const FaceMaps& face, const v1::Layers& layers, const
   const std::function<void()> jobs[] = {
       [&] { textures.normal = normal_texture(face, mesh, side_px); },
       [&] { textures.base_colour = base_colour(face, side_px); },
-      [&] { textures.roughness = roughness_texture(face, layers); },
+      [&] { textures.roughness = roughness_texture(face, layers, side_px); },
       [&] { specular_texture(face, side_px, &textures); },
   };
   parallel_for(int(std::size(jobs)), [&](int i) { jobs[i](); });

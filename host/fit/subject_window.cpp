@@ -1,39 +1,44 @@
 #include "fit/subject_window.h"
 
 #include <algorithm>
+#include <opencv2/imgproc.hpp>
 #include <vector>
 
 #include "base/parallel.h"
-#include "fit/order_statistics.h"
 
 namespace lamella::fit {
 
 namespace {
 
-constexpr int kBlock_px = 8;             // averaged, so that noise is no light
-constexpr int kGrid_px = 16;             // what steps that look at every nth pixel begin on
-constexpr int kMargin_px = 16;           // at least, for averages over neighbours
-constexpr float kLeastLitShare = 0.01f;  // of the bright end
+// Neither noise nor a hot pixel is light: most of a square of this side is brighter than the least,
+// and the brightest square of that side says what is bright.
+constexpr int kLit_px = 8, kBright_px = 32;
+constexpr double kLitOfSquare = 0.7;
+constexpr int kMargin_px = 20;           // for averages over neighbours
+constexpr int kLabelMargin_px = 8;       // labels that end where the light does change nothing
+constexpr float kLeastLitShare = 0.01f;  // of what is bright
 
-Image1 block_means(const Image3& image) {
-  Image1 means(image.rows / kBlock_px, image.cols / kBlock_px, 0.f);
-  parallel_for(means.rows, [&](int y) {
-    for (int i = 0; i < kBlock_px; ++i) {
-      const Vec3* row = image[y * kBlock_px + i];
-      for (int x = 0; x < means.cols * kBlock_px; ++x) means(y, x / kBlock_px) += mean(row[x]);
-    }
+Image1 brightness_of(const Image3& image) {
+  Image1 brightness(image.size());
+  parallel_for(image.rows, [&](int y) {
+    for (int x = 0; x < image.cols; ++x) brightness(y, x) = mean(image(y, x));
   });
+  return brightness;
+}
+
+// Dark beyond the edge.
+template <class Image>
+Image box_means(const Image& image, int side_px) {
+  Image means;
+  cv::boxFilter(image, means, -1, {side_px, side_px}, {-1, -1}, true, cv::BORDER_CONSTANT);
   return means;
 }
 
 // Nothing stays nothing.
-cv::Rect widened(const cv::Rect& area, cv::Size size) {
+cv::Rect widened(const cv::Rect& area, int margin_px, cv::Size size) {
   if (area.empty()) return area;
-  const int left = std::max(0, area.x - kMargin_px) / kGrid_px * kGrid_px;
-  const int top = std::max(0, area.y - kMargin_px) / kGrid_px * kGrid_px;
-  const int right = (area.br().x + kMargin_px + kGrid_px - 1) / kGrid_px * kGrid_px;
-  const int bottom = (area.br().y + kMargin_px + kGrid_px - 1) / kGrid_px * kGrid_px;
-  return cv::Rect(left, top, right - left, bottom - top) & cv::Rect({0, 0}, size);
+  const cv::Point margin(margin_px, margin_px);
+  return cv::Rect(area.tl() - margin, area.br() + margin) & cv::Rect({0, 0}, size);
 }
 
 void cut(const PixelWindow& window, Camera* camera) {
@@ -76,13 +81,12 @@ cv::Rect bounds_of(const Mask& mask) {
 }
 
 cv::Rect lit_area(const Image3& image) {
-  const cv::Rect all({0, 0}, image.size());
-  const Image1 means = block_means(image);
-  if (means.empty()) return all;
-  const float bright = bright_end(means);
-  const cv::Rect blocks = bounds_of(means > kLeastLitShare * bright);
-  if (!(bright > 0) || blocks.empty()) return all;
-  return widened({blocks.tl() * kBlock_px, blocks.br() * kBlock_px}, image.size());
+  const Image1 brightness = brightness_of(image);
+  double bright = 0;
+  cv::minMaxLoc(box_means(brightness, kBright_px), nullptr, &bright);
+  const Mask lit = brightness > std::max(0.0, kLeastLitShare * bright);
+  const cv::Rect area = bounds_of(box_means(lit, kLit_px) > 255 * kLitOfSquare);
+  return area.empty() ? cv::Rect({0, 0}, image.size()) : widened(area, kMargin_px, image.size());
 }
 
 SubjectBurst find_subject(const Session& session) {
@@ -102,7 +106,8 @@ SubjectBurst find_subject(const Session& session) {
     auto& [frame, window] = windows[size_t(i)];
     Photograph& photograph = burst.fronts.at(frame);
     window.area = lit_area(photograph.radiance);
-    if (frame->camera == "left") window.area |= widened(bounds_of(labels), window.whole);
+    if (frame->camera == "left")
+      window.area |= widened(bounds_of(labels), kLabelMargin_px, window.whole);
     cut(window, &photograph);
   });
   for (const auto& [frame, window] : windows) {

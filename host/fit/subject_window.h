@@ -7,8 +7,8 @@
 
 namespace lamella::fit {
 
-// Smallest part of `image` that has all of its light, with a margin; all of it where it is dark.
-// Corners lie on multiples of 16 pixels, or on the image's own edge.
+// Smallest part of `image` that has all of its light, with a margin; all of it where it is dark. It
+// lies about the light alike wherever that is in the image.
 cv::Rect lit_area(const Image3& image);
 
 // Around all pixels that are not 0; empty where there are none.

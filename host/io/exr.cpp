@@ -47,7 +47,7 @@ void read_any_planes(Imf::InputFile& file, const std::vector<ExrPlane>& planes) 
 }
 
 void read_planes(Imf::InputFile& file, const std::vector<ExrPlane>& planes, cv::Size size) {
-  if (read_zip_planes(&file, planes, cv::Rect({0, 0}, size))) return;
+  if (read_zip_planes(&file, planes, {cv::Rect({0, 0}, size)})) return;
   read_any_planes(file, planes);
 }
 
@@ -110,6 +110,8 @@ auto reading(const fs::path& path, const Read& read) {
     return read(file);
   } catch (const Error&) {
     throw;
+  } catch (const NonFinitePixel& e) {
+    throw_bad_input(path.string(), e.what());
   } catch (const std::exception& e) {
     throw_bad_input(path.string(), std::string("not a whole OpenEXR file (") + e.what() + ")",
                     "copy it again");
@@ -125,20 +127,21 @@ std::vector<ExrPlane> planes_of(const Image3& image, const std::vector<std::stri
   return planes;
 }
 
-// All of it where there is no `area`.
-Image3 read_interleaved(const fs::path& path, const std::vector<std::string>& names,
-                        const std::optional<cv::Rect>& area = std::nullopt) {
+Image3 read_interleaved(const fs::path& path, const std::vector<std::string>& names) {
   return reading(path, [&](Imf::InputFile& file) {
     require_channels(file, names, path);
-    const cv::Rect whole({0, 0}, checked_size(file, path));
-    const cv::Rect part = area.value_or(whole);
-    if ((part & whole) != part) throw std::runtime_error("it is smaller than what is read of it");
-    Image3 image(part.size());
-    if (read_zip_planes(&file, planes_of(image, names), part)) return image;
-    image.create(whole.size());
-    read_any_planes(file, planes_of(image, names));
-    return part == whole ? image : image(part).clone();
+    Image3 image(checked_size(file, path));
+    read_planes(file, planes_of(image, names), image.size());
+    return image;
   });
+}
+
+void require_finite(const Image3& image) {
+  for (int y = 0; y < image.rows; ++y) {
+    for (int x = 0; x < image.cols; ++x) {
+      if (!is_finite(image(y, x))) throw NonFinitePixel({x, y});
+    }
+  }
 }
 
 ExrSurroundings nothing_around(cv::Size size) { return {whole_window(size), 0}; }
@@ -158,8 +161,19 @@ void write_interleaved(const fs::path& path, const Image3& image, const std::str
 
 Image3 read_exr_rgb(const fs::path& path) { return read_interleaved(path, {"R", "G", "B"}); }
 
-Image3 read_exr_rgb(const fs::path& path, const cv::Rect& area) {
-  return read_interleaved(path, {"R", "G", "B"}, area);
+Image3 read_finite_rgb(const fs::path& path, const cv::Rect& area) {
+  const std::vector<std::string> names{"R", "G", "B"};
+  return reading(path, [&](Imf::InputFile& file) {
+    require_channels(file, names, path);
+    const cv::Rect whole({0, 0}, checked_size(file, path));
+    if ((area & whole) != area) throw std::runtime_error("it is smaller than what is read of it");
+    Image3 image(area.size());
+    if (read_zip_planes(&file, planes_of(image, names), {area, true})) return image;
+    image.create(whole.size());
+    read_any_planes(file, planes_of(image, names));
+    require_finite(image);
+    return area == whole ? image : image(area).clone();
+  });
 }
 
 Image3 read_exr_xyz(const fs::path& path) { return read_interleaved(path, {"X", "Y", "Z"}); }

@@ -24,8 +24,8 @@ inline constexpr int64_t kMaxImagePixels = int64_t(1) << 27;
 // is truncated or not EXR.
 Image3 read_exr_rgb(const fs::path& path);
 
-// The same of that part of it alone: most of the rest is not even decompressed.
-Image3 read_exr_rgb(const fs::path& path, const cv::Rect& area);
+// The same of that part of it alone. Throws where any pixel, be it outside, is NaN or infinity.
+Image3 read_finite_rgb(const fs::path& path, const cv::Rect& area);
 
 // Channels X, Y, Z.
 Image3 read_exr_xyz(const fs::path& path);

@@ -77,40 +77,65 @@ bool are_interleaved(const std::vector<ExrPlane>& planes) {
 class Chunks {
  public:
   Chunks(Imf::InputFile* file, std::vector<Stored> stored, const std::vector<ExrPlane>& planes,
-         const cv::Rect& area)
+         const ExrPart& part)
       : file_(*file),
         stored_(std::move(stored)),
         planes_(planes),
-        area_(area),
+        area_(part.area),
+        must_be_finite_(part.is_finite),
         are_interleaved_(are_interleaved(planes)),
         box_(file->header().dataWindow()),
         width_(box_.max.x - box_.min.x + 1),
         decompressor_(libdeflate_alloc_decompressor(), libdeflate_free_decompressor),
-        halves_(size_t(area.width)),
-        rows_(planes.size(), std::vector<float>(size_t(area.width))) {
+        halves_(size_t(area_.width)),
+        rows_(planes.size(), std::vector<float>(size_t(area_.width))) {
     if (!decompressor_) throw std::runtime_error("no memory to decompress it");
     for (const Stored& s : stored_) line_bytes_ += bytes_of(s);
   }
 
+  // Chunks outside of the area too: what is damaged is damaged.
   void read() {
     const int step = lines_per_chunk(file_.header().compression());
     const int height = box_.max.y - box_.min.y + 1;
-    for (int top = area_.y / step * step; top < area_.br().y; top += step) {
+    for (int top = 0; top < height; top += step) {
       const int lines = std::min(step, height - top);
       decompress(box_.min.y + top, line_bytes_ * size_t(lines));
-      for (int y = std::max(top, area_.y); y < std::min(top + lines, area_.br().y); ++y) {
-        unpack_line(pixels_.data() + line_bytes_ * size_t(y - top), y - area_.y);
-      }
+      for (int y = top; y < top + lines; ++y)
+        take_line(y, pixels_.data() + line_bytes_ * size_t(y - top));
     }
-    require_end();
   }
 
  private:
-  // A file that was cut is refused even where what was cut off is not looked at.
-  void require_end() {
-    const char* packed = nullptr;
-    int packed_bytes = 0;
-    file_.rawPixelData(box_.max.y, packed, packed_bytes);
+  void take_line(int y, const uint8_t* line) {
+    if (must_be_finite_) require_finite(line, y);
+    if (y >= area_.y && y < area_.br().y) unpack_line(line, y - area_.y);
+  }
+
+  void require_finite(const uint8_t* line, int y) const {
+    int first = width_;
+    for (const Stored& s : stored_) {
+      if (s.to) {
+        first = std::min(first, s.is_half ? first_non_finite<uint16_t>(line, 0x7c00)
+                                          : first_non_finite<uint32_t>(line, 0x7f800000));
+      }
+      line += bytes_of(s);
+    }
+    if (first < width_) throw NonFinitePixel({first, y});
+  }
+
+  // The number of pixels where there is none. `exponent`: its bits, all of which such a number has.
+  template <class Bits>
+  int first_non_finite(const uint8_t* samples, Bits exponent) const {
+    const auto is_non_finite = [&](int x) {
+      Bits bits;
+      std::memcpy(&bits, samples + size_t(x) * sizeof(Bits), sizeof(Bits));
+      return (bits & exponent) == exponent;
+    };
+    unsigned any = 0;
+    for (int x = 0; x < width_; ++x) any |= unsigned(is_non_finite(x));
+    int x = any ? 0 : width_;
+    while (x < width_ && !is_non_finite(x)) ++x;
+    return x;
   }
 
   size_t bytes_of(const Stored& channel) const {
@@ -188,6 +213,7 @@ class Chunks {
   std::vector<Stored> stored_;
   const std::vector<ExrPlane>& planes_;
   cv::Rect area_;
+  bool must_be_finite_;
   bool are_interleaved_;
   Imath::Box2i box_;
   int width_;
@@ -200,15 +226,19 @@ class Chunks {
 
 }  // namespace
 
+NonFinitePixel::NonFinitePixel(const cv::Point& at)
+    : std::runtime_error("NaN or infinity at pixel (" + std::to_string(at.x) + ", " +
+                         std::to_string(at.y) + ")") {}
+
 bool read_zip_planes(Imf::InputFile* file, const std::vector<ExrPlane>& planes,
-                     const cv::Rect& area) {
+                     const ExrPart& part) {
   const Imf::Header& header = file->header();
   const Imf::Compression compression = header.compression();
   if (compression != Imf::ZIP_COMPRESSION && compression != Imf::ZIPS_COMPRESSION) return false;
   if (header.hasTileDescription()) return false;
   std::vector<Stored> stored = stored_channels(header, planes);
   if (stored.empty()) return false;
-  Chunks(file, std::move(stored), planes, area).read();
+  Chunks(file, std::move(stored), planes, part).read();
   return true;
 }
 

@@ -5,6 +5,7 @@
 #include <OpenEXR/ImfInputFile.h>
 
 #include <opencv2/core.hpp>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -17,11 +18,21 @@ struct ExrPlane {
   size_t x_stride, y_stride;
 };
 
-// Reads `planes`, all of which the file has, without subsampling, of `area`, and returns true;
+// A sample that is NaN or infinity.
+class NonFinitePixel : public std::runtime_error {
+ public:
+  explicit NonFinitePixel(const cv::Point& at);
+};
+
+struct ExrPart {
+  cv::Rect area;
+  bool is_finite = false;  // refuses what is not, be it outside of the area
+};
+
+// Reads `planes`, all of which the file has, without subsampling, of `part`, and returns true;
 // false, with nothing read, where the file is not of that kind (another compression, tiles,
-// subsampled or integer channels). Throws std::exception where the file is damaged, be it below
-// the area.
+// subsampled or integer channels). Throws std::exception where the file is damaged.
 bool read_zip_planes(Imf::InputFile* file, const std::vector<ExrPlane>& planes,
-                     const cv::Rect& area);
+                     const ExrPart& part);
 
 }  // namespace lamella

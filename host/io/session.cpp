@@ -218,29 +218,12 @@ void require_burst(const Session& s, ShapeFrom shape) {
 
 namespace {
 
-struct RowExtremes {
-  bool has_non_finite = false, has_clipped = false;
-};
-
-// Most rows have neither: looked for without a branch per pixel.
-RowExtremes extremes_of(const Vec3* row, int pixels, float saturation) {
-  constexpr uint32_t kExponent = 0x7f800000;
+// Most rows have none: looked for without a branch per pixel.
+bool has_clipped(const Vec3* row, int pixels, float saturation) {
   const float* values = row->val;
-  unsigned non_finite = 0, clipped = 0;
-  for (int i = 0; i < 3 * pixels; ++i) {
-    non_finite |= unsigned((std::bit_cast<uint32_t>(values[i]) & kExponent) == kExponent);
-    clipped |= unsigned(values[i] >= saturation);
-  }
-  return {non_finite != 0, clipped != 0};
-}
-
-// `row` begins at pixel `at` of the photograph.
-[[noreturn]] void refuse_non_finite(const fs::path& file, const Vec3* row, cv::Point at) {
-  while (is_finite(*row)) ++row, ++at.x;
-  throw_bad_input(
-      file.string(),
-      "NaN or infinity at pixel (" + std::to_string(at.x) + ", " + std::to_string(at.y) + ")",
-      "write the photograph again, 0 where nothing was measured");
+  unsigned clipped = 0;
+  for (int i = 0; i < 3 * pixels; ++i) clipped |= unsigned(values[i] >= saturation);
+  return clipped != 0;
 }
 
 }  // namespace
@@ -257,13 +240,12 @@ Photograph read_photograph(const Session& session, const Frame& frame) {
                         " camera (rig.cameras) has " + size_words(window.whole),
                     "correct whichever is wrong");
   }
-  p.radiance = read_exr_rgb(file, window.area);
+  p.radiance = read_finite_rgb(file, window.area);
   for (int y = 0; y < p.radiance.rows; ++y) {
     Vec3* row = p.radiance[y];
-    const RowExtremes extremes = extremes_of(row, p.radiance.cols, float(camera.saturation));
-    if (extremes.has_non_finite) refuse_non_finite(file, row, window.area.tl() + cv::Point(0, y));
-    if (extremes.has_clipped && p.clipped.empty()) p.clipped = Mask(p.radiance.size(), 0);
-    for (int x = 0; extremes.has_clipped && x < p.radiance.cols; ++x) {
+    const bool any_clipped = has_clipped(row, p.radiance.cols, float(camera.saturation));
+    if (any_clipped && p.clipped.empty()) p.clipped = Mask(p.radiance.size(), 0);
+    for (int x = 0; any_clipped && x < p.radiance.cols; ++x) {
       const float most = std::max({row[x][0], row[x][1], row[x][2]});
       if (most >= float(camera.saturation)) p.clipped(y, x) = 255;
     }

@@ -101,8 +101,8 @@ struct Photograph {
   Mask clipped;
 };
 
-// Of its camera's window. Throws where the file is missing, truncated, of another size than its
-// camera, or has NaN or infinity there (with the first such pixel).
+// Of its camera's window. Throws where the file is missing, damaged, of another size than its
+// camera, or has NaN or infinity, be it outside of the window (with the first such pixel).
 Photograph read_photograph(const Session& session, const Frame& frame);
 
 // The label image, in left-camera pixels, of that camera's window. Throws where a label has no

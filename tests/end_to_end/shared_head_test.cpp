@@ -84,10 +84,9 @@ TEST(SharedHead, IsRecoveredAsWellAsItWas) {
   for (const auto& [map, share] : figures["answered"].items()) EXPECT_GE(share, kAnswered) << map;
   EXPECT_LE(mean_over_channels(figures["shallow_albedo"]["error"]), kShallow);
   EXPECT_LE(mean_over_channels(figures["deep_albedo"]["error"]), kDeep);
-  // But for deep_ld, which is a region's one length all over it.
-  for (const char* map :
-       {"position", "normal_specular", "normal_diffuse", "specular_intensity", "single_albedo",
-        "total_albedo", "shallow_albedo", "deep_albedo", "deep_alpha"}) {
+  // But for deep_ld and single_albedo, which are a region's one figure all over it.
+  for (const char* map : {"position", "normal_specular", "normal_diffuse", "specular_intensity",
+                          "total_albedo", "shallow_albedo", "deep_albedo", "deep_alpha"}) {
     EXPECT_EQ(figures["confidence"][map]["falls"], true) << figures["confidence"][map];
   }
 }

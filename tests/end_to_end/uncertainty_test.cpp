@@ -162,7 +162,8 @@ struct Coverages {
 
   void judge() {
     width.judge("lobe width m", {});
-    lobe.judge("lobe p", {});
+    // Where the nodes of the lights' visibility lie moves all of a small region's lobe.
+    lobe.judge("lobe p", {.most_spread = 1.45});
     single.judge("single scattering", {});
     length.judge("l_d", {});
     // What every draw has alike, that skin is no dipole and no slab, is in the deviations too.

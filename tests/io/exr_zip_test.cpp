@@ -72,7 +72,7 @@ TEST(ExrZip, ReadsWhatOpenExrWroteBitForBit) {
     Imf::InputFile file(path.c_str(), 0);
     ASSERT_TRUE(read_zip_planes(
         &file, {{"Y", reinterpret_cast<char*>(got.data), sizeof(float), got.step[0]}},
-        cv::Rect({0, 0}, got.size())));
+        {cv::Rect({0, 0}, got.size())}));
     EXPECT_EQ(cv::norm(values, got, cv::NORM_INF), 0) << kind.rows << "x" << kind.cols;
   }
 }
@@ -86,7 +86,7 @@ TEST(ExrZip, ReadsAPartAsItIsInTheWhole) {
     const Image3 whole = read_exr_rgb(path);
     for (const cv::Rect& area : {cv::Rect(0, 0, 41, 70), cv::Rect(5, 17, 1, 1),
                                  cv::Rect(3, 15, 30, 34), cv::Rect(40, 64, 1, 6)}) {
-      const Image3 part = read_exr_rgb(path, area);
+      const Image3 part = read_finite_rgb(path, area);
       ASSERT_EQ(part.size(), area.size());
       EXPECT_EQ(cv::norm(part, whole(area), cv::NORM_INF), 0) << area;
     }
@@ -110,7 +110,7 @@ TEST(ExrZip, ReadsAPartOfWhatIsCompressedOtherwise) {
   file.setFrameBuffer(buffer);
   file.writePixels(20);
   const cv::Rect area(4, 3, 20, 11);
-  EXPECT_EQ(cv::norm(read_exr_rgb(path, area), image(area), cv::NORM_INF), 0);
+  EXPECT_EQ(cv::norm(read_finite_rgb(path, area), image(area), cv::NORM_INF), 0);
 }
 
 // Failure: a copy that broke off would be fitted where the subject ends above what is missing.
@@ -119,7 +119,27 @@ TEST(ExrZip, RefusesACutFileEvenWhereThePartIsWhole) {
   const fs::path path = scratch.path() / "a.exr";
   write_exr_rgb(path, rgb_image(70, 41));
   fs::resize_file(path, fs::file_size(path) - 100);
-  EXPECT_THROW(read_exr_rgb(path, {0, 0, 41, 20}), Error);
+  EXPECT_THROW(read_finite_rgb(path, {0, 0, 41, 20}), Error);
+}
+
+TEST(ExrZip, RefusesWhatIsNoNumberInsideOfAPartAndOutside) {
+  const testing::ScratchFolder scratch;
+  const fs::path path = scratch.path() / "a.exr";
+  const cv::Rect area(5, 20, 10, 10);
+  for (const PixelType type : {PixelType::kHalf, PixelType::kFloat}) {
+    for (const cv::Point at : {cv::Point(7, 25), cv::Point(40, 25), cv::Point(3, 69)}) {
+      Image3 image = rgb_image(70, 41);
+      image(at)[1] = at.x == 40 ? std::numeric_limits<float>::infinity() : kNaN;
+      write_exr_rgb(path, image, type);
+      const std::string place = "(" + std::to_string(at.x) + ", " + std::to_string(at.y) + ")";
+      try {
+        read_finite_rgb(path, area);
+        ADD_FAILURE() << place << " was read";
+      } catch (const Error& e) {
+        EXPECT_NE(std::string(e.what()).find(place), std::string::npos) << e.what();
+      }
+    }
+  }
 }
 
 TEST(ExrZip, LeavesOtherCompressionsToOpenExr) {
@@ -132,7 +152,7 @@ TEST(ExrZip, LeavesOtherCompressionsToOpenExr) {
   Imf::InputFile file(path.c_str(), 0);
   EXPECT_FALSE(
       read_zip_planes(&file, {{"Y", reinterpret_cast<char*>(got.data), sizeof(float), got.step[0]}},
-                      cv::Rect({0, 0}, got.size())));
+                      {cv::Rect({0, 0}, got.size())}));
   EXPECT_EQ(cv::norm(values, read_exr(path, {"Y"})[0], cv::NORM_INF), 0);
 }
 
@@ -148,7 +168,7 @@ TEST(ExrZip, SaysWhichLineIsDamaged) {
   Imf::InputFile file(path.c_str(), 0);
   try {
     read_zip_planes(&file, {{"Y", reinterpret_cast<char*>(got.data), sizeof(float), got.step[0]}},
-                    cv::Rect({0, 0}, got.size()));
+                    {cv::Rect({0, 0}, got.size())});
     FAIL() << "the damage was not seen";
   } catch (const std::exception& e) {
     EXPECT_NE(std::string(e.what()).find("line 32"), std::string::npos) << e.what();
