@@ -8,6 +8,7 @@
 #include "fit/layer_profile.h"
 #include "fit/layered_kernel.h"
 #include "fit/order_statistics.h"
+#include "fit/region_lean.h"
 #include "fit/scattering.h"
 #include "model/diffuse_reflectance.h"
 
@@ -97,55 +98,79 @@ struct KnownSkin {
   double thickness_mm;
 };
 
-struct ChannelProfile {
-  DeepProfile deep;
-  LayeredProfile layers;
+// Kernels of a channel and what their tails say.
+struct ChannelTails {
+  ChannelKernels kernels;
+  DeepProfile all, more_blurred;
+  std::vector<DeepProfile> without_group;
 };
 
-ChannelProfile fit_profile(const ExponentialMixture& kernel, const KnownSkin& known) {
-  const DeepProfile deep = fit_deep_profile(kernel, known.prior);
-  return {deep, fit_layered_profile(kernel, deep, known.shallow, known.thickness_mm)};
+// Deviations from how far dots differ, from a blur that is not exactly known, from smoothness, and
+// from what no tail tells.
+ChannelTails fit_tails(const std::vector<const KernelEquations*>& dots, const SkinPrior& prior,
+                       const PatternBlur& blur) {
+  ChannelTails tails{channel_kernels(dots, blur), {}, {}, {}};
+  tails.all = fit_deep_profile(tails.kernels.all, prior);
+  tails.more_blurred = fit_deep_profile(tails.kernels.more_blurred, prior);
+  std::vector<double> ld_mm;
+  for (const ExponentialMixture& kernel : tails.kernels.without_group) {
+    tails.without_group.push_back(fit_deep_profile(kernel, prior));
+    ld_mm.push_back(tails.without_group.back().ld_mm);
+  }
+  DeepProfile* tail = &tails.all;
+  const double smoothed_mm = fit_deep_profile(tails.kernels.stiff, prior).ld_mm - tail->ld_mm;
+  const double of_dots_mm = std::hypot(tail->ld_mm_stddev, jackknife_stddev(ld_mm));
+  tail->ld_mm_stddev = std::hypot(std::hypot(of_dots_mm, tails.more_blurred.ld_mm - tail->ld_mm),
+                                  kSmoothShare * smoothed_mm, kNearestDipoleError * tail->ld_mm);
+  return tails;
 }
 
-ChannelProfile refine_profile(const ExponentialMixture& kernel, const KnownSkin& known,
-                              const LayeredProfile& near) {
-  const DeepProfile deep = fit_deep_profile(kernel, known.prior);
-  return {deep, refine_layered_profile(kernel, deep, known.shallow, known.thickness_mm, near)};
+// `tails`: of one channel, one a region.
+void lean_on_each_other(const std::vector<ChannelTails*>& tails) {
+  std::vector<DeepProfile> own;
+  for (const ChannelTails* t : tails) own.push_back(t->all);
+  const std::vector<DeepProfile> leaned = leaned_on_each_other(own);
+  for (size_t i = 0; i < tails.size(); ++i) {
+    const double factor = leaned[i].ld_mm / own[i].ld_mm;
+    tails[i]->all = leaned[i];
+    tails[i]->more_blurred.ld_mm *= factor;
+    for (DeepProfile& deep : tails[i]->without_group) deep.ld_mm *= factor;
+  }
+}
+
+LayeredProfile fit_layers_of(const ChannelTails& tails, const KnownSkin& known) {
+  return fit_layered_profile(tails.kernels.all, tails.all, known.shallow, known.thickness_mm);
+}
+
+LayeredProfile refine_layers(const ExponentialMixture& kernel, const DeepProfile& deep,
+                             const KnownSkin& known, const LayeredProfile& near) {
+  return refine_layered_profile(kernel, deep, known.shallow, known.thickness_mm, near);
 }
 
 // The profile's own deviations say how far rings may be wrong at one place; how far dots differ on
-// which place that is, profiles without a group of them say.
-void widen_by_dots(const ChannelKernels& kernels, const KnownSkin& known, ChannelProfile* profile) {
-  std::vector<double> ld_mm, alpha_dot, shallow_alpha, shallow_ld_mm;
-  for (const ExponentialMixture& kernel : kernels.without_group) {
-    const auto [deep, layers] = refine_profile(kernel, known, profile->layers);
-    ld_mm.push_back(deep.ld_mm);
-    alpha_dot.push_back(layers.alpha_dot);
-    shallow_alpha.push_back(layers.shallow_alpha);
-    shallow_ld_mm.push_back(layers.shallow_ld_mm);
+// which place that is, profiles without a group of them say; and what a blur that is not exactly
+// known does.
+void widen_layers(const ChannelTails& tails, const KnownSkin& known, LayeredProfile* layers) {
+  std::vector<double> alpha_dot, shallow_alpha, shallow_ld_mm;
+  for (size_t g = 0; g < tails.without_group.size(); ++g) {
+    const LayeredProfile rest =
+        refine_layers(tails.kernels.without_group[g], tails.without_group[g], known, *layers);
+    alpha_dot.push_back(rest.alpha_dot);
+    shallow_alpha.push_back(rest.shallow_alpha);
+    shallow_ld_mm.push_back(rest.shallow_ld_mm);
   }
-  LayeredProfile deviations;
-  deviations.alpha_dot = jackknife_stddev(alpha_dot);
-  deviations.shallow_alpha = jackknife_stddev(shallow_alpha);
-  deviations.shallow_ld_mm = jackknife_stddev(shallow_ld_mm);
-  widen(deviations, &profile->layers);
-  profile->deep.ld_mm_stddev = std::hypot(profile->deep.ld_mm_stddev, jackknife_stddev(ld_mm));
-}
-
-// What a blur that is not exactly known does to all of them, smoothness to the tail, and what no
-// tail tells.
-void widen_by_doubts(const ChannelKernels& kernels, const KnownSkin& known,
-                     ChannelProfile* profile) {
-  const auto [deep, layers] = refine_profile(kernels.more_blurred, known, profile->layers);
-  LayeredProfile deviations;
-  deviations.alpha_dot = layers.alpha_dot - profile->layers.alpha_dot;
-  deviations.shallow_alpha = layers.shallow_alpha - profile->layers.shallow_alpha;
-  deviations.shallow_ld_mm = layers.shallow_ld_mm - profile->layers.shallow_ld_mm;
-  widen(deviations, &profile->layers);
-  DeepProfile* tail = &profile->deep;
-  const double smoothed_mm = fit_deep_profile(kernels.stiff, known.prior).ld_mm - tail->ld_mm;
-  tail->ld_mm_stddev = std::hypot(std::hypot(tail->ld_mm_stddev, deep.ld_mm - tail->ld_mm),
-                                  kSmoothShare * smoothed_mm, kNearestDipoleError * tail->ld_mm);
+  LayeredProfile of_dots;
+  of_dots.alpha_dot = jackknife_stddev(alpha_dot);
+  of_dots.shallow_alpha = jackknife_stddev(shallow_alpha);
+  of_dots.shallow_ld_mm = jackknife_stddev(shallow_ld_mm);
+  const LayeredProfile blurred =
+      refine_layers(tails.kernels.more_blurred, tails.more_blurred, known, *layers);
+  LayeredProfile of_blur;
+  of_blur.alpha_dot = blurred.alpha_dot - layers->alpha_dot;
+  of_blur.shallow_alpha = blurred.shallow_alpha - layers->shallow_alpha;
+  of_blur.shallow_ld_mm = blurred.shallow_ld_mm - layers->shallow_ld_mm;
+  widen(of_dots, layers);
+  widen(of_blur, layers);
 }
 
 LayerContest contest_of(const std::vector<const KernelEquations*>& dots, double ld_mm,
@@ -160,21 +185,21 @@ LayerContest contest_of(const std::vector<const KernelEquations*>& dots, double 
 }
 
 struct ChannelFit {
-  ChannelProfile profile;
+  DeepProfile deep;
+  LayeredProfile layers;
   LayerContest contest;
 };
 
-ChannelFit fit_channel(const std::vector<const KernelEquations*>& dots, const KnownSkin& known,
-                       const PatternBlur& blur) {
-  const ChannelKernels kernels = channel_kernels(dots, blur);
-  ChannelProfile profile = fit_profile(kernels.all, known);
-  widen_by_dots(kernels, known, &profile);
-  widen_by_doubts(kernels, known, &profile);
-  return {profile, contest_of(dots, profile.deep.ld_mm, known, blur.expected_mm)};
+ChannelFit fit_channel(const std::vector<const KernelEquations*>& dots, const ChannelTails& tails,
+                       const KnownSkin& known, const PatternBlur& blur) {
+  LayeredProfile layers = fit_layers_of(tails, known);
+  widen_layers(tails, known, &layers);
+  return {tails.all, layers, contest_of(dots, tails.all.ld_mm, known, blur.expected_mm)};
 }
 
-void put_channel(const ChannelProfile& profile, size_t c, RegionScattering* region) {
-  const auto& [deep, layers] = profile;
+void put_channel(const ChannelFit& fit, size_t c, RegionScattering* region) {
+  const DeepProfile& deep = fit.deep;
+  const LayeredProfile& layers = fit.layers;
   region->ld_mm[c] = deep.ld_mm;
   region->ld_mm_stddev[c] = deep.ld_mm_stddev;
   region->deep_rms[c] = layers.deep_rms;
@@ -351,6 +376,70 @@ PatternBlur pattern_blur(const Session& session, const std::vector<RegionEquatio
           blurred_exponentials((1 + kBlurDoubt) * blur_mm)};
 }
 
+// What is known of a region, or nothing where it has no dots.
+struct RegionData {
+  const RegionEquations* dots = nullptr;
+  std::array<KnownSkin, 3> known{};
+  std::array<ChannelTails, 3> tails;
+};
+
+std::vector<RegionData> measure_regions(const Burst& burst, const Separation& separation,
+                                        const std::vector<RegionEquations>& equations,
+                                        const PatternBlur& blur) {
+  std::vector<RegionData> regions(equations.size());
+  parallel_for(int(regions.size()), [&](int i) {
+    RegionData& region = regions[size_t(i)];
+    const RegionEquations& own = equations[size_t(i)];
+    if (own[0].empty() || own[1].empty() || own[2].empty()) return;
+    region.dots = &own;
+    const std::array<ShallowLight, 3> shallow = shallow_light(burst, separation, i + 1);
+    parallel_for(3, [&](int channel) {
+      const auto c = size_t(channel);
+      const double reflectance = shallow[c].share > 0 ? shallow[c].albedo / shallow[c].share : 0;
+      region.known[c] = {
+          {kDermisTransport_mm[c], reflectance}, shallow[c], RegionScattering().thickness_mm};
+      region.tails[c] = fit_tails(own[c], region.known[c].prior, blur);
+    });
+  });
+  return regions;
+}
+
+void fit_region(LayerUse use, const RegionData& data, const PatternBlur& blur,
+                RegionScattering* region) {
+  region->dots = int((*data.dots)[1].size());
+  region->deep_fitted = region->shallow_fitted = true;
+  std::array<ChannelFit, 3> fits;
+  parallel_for(3, [&](int channel) {
+    const auto c = size_t(channel);
+    fits[c] = fit_channel((*data.dots)[c], data.tails[c], data.known[c], blur);
+  });
+  std::array<LayerContest, 3> contests;
+  std::array<ShallowLight, 3> shallow;
+  for (size_t c = 0; c < 3; ++c) {
+    put_channel(fits[c], c, region);
+    contests[c] = fits[c].contest;
+    shallow[c] = data.known[c].shallow;
+  }
+  choose_layers(use, contests, shallow, region);
+}
+
+// Those that have no dots stay empty.
+void fit_regions(const Burst& burst, LayerUse use, const std::vector<RegionEquations>& equations,
+                 const Separation& separation, std::vector<RegionScattering>* out) {
+  const PatternBlur blur = pattern_blur(*burst.session, equations);
+  std::vector<RegionData> regions = measure_regions(burst, separation, equations, blur);
+  for (size_t c = 0; c < 3; ++c) {
+    std::vector<ChannelTails*> tails;
+    for (RegionData& region : regions) {
+      if (region.dots) tails.push_back(&region.tails[c]);
+    }
+    lean_on_each_other(tails);
+  }
+  parallel_for(int(regions.size()), [&](int i) {
+    if (regions[size_t(i)].dots) fit_region(use, regions[size_t(i)], blur, &(*out)[size_t(i)]);
+  });
+}
+
 }  // namespace
 
 Scattering fit_scattering(const Burst& burst, const Geometry& geometry, const Normals& normals,
@@ -362,28 +451,7 @@ Scattering fit_scattering(const Burst& burst, const Geometry& geometry, const No
   for (size_t i = 0; i < scattering.regions.size(); ++i) {
     equations.push_back(equations_of_region(dots, int(i) + 1));
   }
-  const PatternBlur blur = pattern_blur(*burst.session, equations);
-  parallel_for(int(scattering.regions.size()), [&](int i) {
-    RegionScattering& region = scattering.regions[size_t(i)];
-    const RegionEquations& own = equations[size_t(i)];
-    if (own[0].empty() || own[1].empty() || own[2].empty()) return;
-    region.dots = int(own[1].size());
-    region.deep_fitted = region.shallow_fitted = true;
-    const std::array<ShallowLight, 3> shallow = shallow_light(burst, *separation, i + 1);
-    std::array<ChannelFit, 3> fits;
-    parallel_for(3, [&](int channel) {
-      const auto c = size_t(channel);
-      const double reflectance = shallow[c].share > 0 ? shallow[c].albedo / shallow[c].share : 0;
-      const SkinPrior prior{kDermisTransport_mm[c], reflectance};
-      fits[c] = fit_channel(own[c], {prior, shallow[c], region.thickness_mm}, blur);
-    });
-    std::array<LayerContest, 3> contests;
-    for (size_t c = 0; c < 3; ++c) {
-      put_channel(fits[c].profile, c, &region);
-      contests[c] = fits[c].contest;
-    }
-    choose_layers(use, contests, shallow, &region);
-  });
+  fit_regions(burst, use, equations, *separation, &scattering.regions);
   const std::vector<RegionScattering> measured = scattering.regions;
   for (size_t i = 0; i < measured.size(); ++i) {
     if (measured[i].dots == 0) borrow(burst.regions, i, &scattering.regions);

@@ -139,7 +139,7 @@ TEST_F(HardCase, ASubjectThatDriftsIsFittedWhereItIsOnAverage) {
             0.1);  // mm of some 100
   EXPECT_LT(difference(found.maps.normal_diffuse[0], rest.normal_diffuse[0], 0.5), 0.005);
   EXPECT_LT(difference(found.maps.total_albedo, rest.total_albedo, 0.5), 0.02);
-  EXPECT_LT(difference(found.maps.deep_ld_mm, rest.deep_ld_mm, 0.5), 0.02);
+  EXPECT_LT(difference(found.maps.deep_ld_mm, rest.deep_ld_mm, 0.5), 0.03);
 }
 
 TEST_F(HardCase, AGradientThatIsTooBrightIsFoundAndMended) {
