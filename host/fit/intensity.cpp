@@ -202,7 +202,8 @@ IntensityMap estimate_intensity(const Burst& burst, const Responses& responses,
   IntensityMap map{Image1(size, kNaN), Image1(size, 0.f), Image1(size, kNaN)};
   parallel_for(size.height, [&](int y) {
     for (int x = 0; x < size.width; ++x) {
-      if (!burst.regions(y, x)) continue;
+      // Where no surface is known, as of a label in the dark, a region's c is nobody's.
+      if (!burst.regions(y, x) || !is_finite(responses.led_lobe(y, x))) continue;
       const float typical = std::max(1e-4f, float(fits[size_t(burst.regions(y, x) - 1)].intensity));
       const float least = kRegionWeight / square(kLocalSpread * typical);
       const float local = (local_weighted(y, x) + least * typical) / (local_weight(y, x) + least);

@@ -60,6 +60,15 @@ TEST(Intensity, APixelWhereTheLobeIsNextToNothingSpoilsNoOther) {
   }
 }
 
+TEST(Intensity, WhereNoSurfaceIsKnownItIsNobodys) {
+  Skin skin = plain_skin();
+  skin.responses.led_lobe(20, 20) = kNaN;
+  const IntensityMap map = estimate_intensity(skin.burst, skin.responses, skin.fits);
+  EXPECT_TRUE(std::isnan(map.c(20, 20)));
+  EXPECT_EQ(map.confidence(20, 20), 0);
+  EXPECT_TRUE(std::isfinite(map.c(20, 21)));
+}
+
 constexpr int kSide_px = 64;
 
 Image3 noise3(float low, float high) {
