@@ -39,24 +39,28 @@ std::string floor_words(const std::vector<Floor>& floors, size_t figure) {
 std::string default_words(const Bench& bench) {
   const std::string seconds = fmt::format("{:.2f} s", bench.default_least_seconds());
   const size_t rounds = bench.default_seconds.size();
-  return rounds == 1 ? seconds + ", one round: its seconds are known to a fifth"
+  return rounds == 1 ? seconds + ", one round: other work on the machine may be in it"
                      : seconds + fmt::format(", the least of {} rounds", rounds);
 }
 
-// The answer of the page in one sentence.
+// The answer of the page in one sentence, of the knobs that were fitted with another setting too.
 std::string verdict_words(const Bench& bench, const std::vector<Knob>& knobs) {
-  int there = 0;
+  int judged = 0, there = 0;
   std::string others;
   for (const Knob& knob : knobs) {
-    if (knee_of(bench, knob.name).is_there) {
+    const Knee knee = knee_of(bench, knob.name);
+    if (knee.words.empty()) continue;
+    ++judged;
+    if (knee.is_there) {
       ++there;
     } else {
       others += (others.empty() ? "" : ", ") + knob.name;
     }
   }
+  if (judged == 0) return "No setting but the defaults was fitted: nothing says where a knee is";
   if (others.empty()) return "Every default sits at the knee of its curve";
-  return fmt::format("{} of {} defaults sit at the knee of their curve; not: {}", there,
-                     knobs.size(), others);
+  return fmt::format("{} of {} defaults sit at the knee of their curve; not: {}", there, judged,
+                     others);
 }
 
 std::string draw_legend(const Bench& bench, const std::vector<Floor>& floors) {

@@ -170,11 +170,19 @@ TEST(Bench, MarksACurveThatLeavesThePageWithAnArrowAndItsValue) {
   EXPECT_NE(page.find(">shallow albedo 12.5, 1 more above 8<"), std::string::npos);
 }
 
+TEST(Bench, PraisesNoDefaultThatNothingWasHeldAgainst) {
+  Bench bench = two_points();
+  bench.points.pop_back();
+  const std::string page = page_of(bench);
+  EXPECT_NE(page.find(">No setting but the defaults was fitted"), std::string::npos);
+  EXPECT_EQ(page.find("at the knee<"), std::string::npos);
+}
+
 TEST(Bench, SpeaksOfTheLeastOfSeveralRoundsAlone) {
   Bench bench = two_points();
   EXPECT_NE(page_of(bench).find("2.00 s, the least of 3 rounds<"), std::string::npos);
   bench.default_seconds = {4};
-  EXPECT_NE(page_of(bench).find("4.00 s, one round: its seconds are known to a fifth<"),
+  EXPECT_NE(page_of(bench).find("4.00 s, one round: other work on the machine may be in it<"),
             std::string::npos);
 }
 
