@@ -21,7 +21,7 @@ constexpr double kFirstRing_mm = 0.01, kLastRing_mm = 24;
 constexpr double kRingRidge = 1e-9;  // of the trace
 
 // An exponential is a sum of Gaussians of all widths.
-constexpr int kWidths = 400;
+constexpr int kWidthCount = 400;
 constexpr double kNarrowestWidth_mm = 1e-3, kWidestWidth_mm = 60;
 
 constexpr int kBlurs = 13;           // to choose from,
@@ -34,7 +34,7 @@ double geometric(double first, double last, int i, int count) {
 
 double blur_ring_mm(int i) { return geometric(kFirstRing_mm, kLastRing_mm, i, kBlurRings); }
 
-double width_mm(int i) { return geometric(kNarrowestWidth_mm, kWidestWidth_mm, i, kWidths); }
+double width_mm(int i) { return geometric(kNarrowestWidth_mm, kWidestWidth_mm, i, kWidthCount); }
 
 double gaussian(double variance_mm2, double r_mm) {
   return std::exp(-r_mm * r_mm / (2 * variance_mm2)) / (2 * M_PI * variance_mm2);
@@ -61,16 +61,16 @@ cv::Mat1d ring_projection() {
 // Share that Gaussians of width s have in exp(-r/l)/(2 pi l^2), per step of log s: the inverse
 // Laplace transform of exp(-sqrt(t)/l) in t = r^2.
 cv::Mat1d width_shares() {
-  cv::Mat1d share(kWidths, kExponentials);
+  cv::Mat1d share(kWidthCount, kExponentials);
   for (int k = 0; k < kExponentials; ++k) {
     const double l = ExponentialMixture::length_mm(k);
     double sum = 0;
-    for (int i = 0; i < kWidths; ++i) {
+    for (int i = 0; i < kWidthCount; ++i) {
       const double x = width_mm(i) / l;
       share(i, k) = x * x * x * std::exp(-x * x / 2);
       sum += share(i, k);
     }
-    for (int i = 0; i < kWidths; ++i) share(i, k) /= sum;
+    for (int i = 0; i < kWidthCount; ++i) share(i, k) /= sum;
   }
   return share;
 }
@@ -123,9 +123,9 @@ double ExponentialMixture::operator()(double r_mm) const {
 
 cv::Mat1d blurred_exponentials(double blur_mm) {
   static const cv::Mat1d projection = ring_projection(), shares = width_shares();
-  cv::Mat1d seen(kBlurRings, kWidths);
+  cv::Mat1d seen(kBlurRings, kWidthCount);
   for (int i = 0; i < kBlurRings; ++i) {
-    for (int w = 0; w < kWidths; ++w) {
+    for (int w = 0; w < kWidthCount; ++w) {
       seen(i, w) = gaussian(width_mm(w) * width_mm(w) + blur_mm * blur_mm, blur_ring_mm(i));
     }
   }
