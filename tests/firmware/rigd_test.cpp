@@ -219,7 +219,9 @@ TEST_F(Rigd, AHangUpThatWasIgnoredBeforeStaysIgnoredAsUnderNohup) {
 TEST_F(Rigd, SignalsStopItWithLightsOffEvenInTheMiddleOfABurst) {
   for (const int number : {SIGTERM, SIGINT, SIGHUP}) {
     FakeTwin own;
+    const auto before = signal(number, SIG_DFL);  // under nohup it would be ignored
     RigProcess rigd(arguments({"--clock", "real", "--twin", own.path()}));
+    signal(number, before);
     TestHost host(rigd.port());
     host.ask(hello());
     host.ask(request_of(lamella_v1_Request_burst_tag));
