@@ -2,11 +2,9 @@
 #include "export/export.h"
 
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 #include <tiny_gltf.h>
 
 #include <algorithm>
-#include <csignal>
 #include <cstring>
 #include <fstream>
 #include <opencv2/imgproc.hpp>
@@ -15,6 +13,7 @@
 #include "export/normal_bake.h"
 #include "export/reduce.h"
 #include "export/textures.h"
+#include "io/full_disk.h"
 
 namespace lamella::exporting {
 namespace {
@@ -280,19 +279,13 @@ TEST(Roughness, OfALobeThatIsGgxIsItsAlpha) {
 TEST(Export, SaysWhatTheDiskDoesNotTakeAndKeepsWhatWasThere) {
   const fs::path file = fs::path(::testing::TempDir()) / "full.glb";
   std::ofstream(file) << "the one before";
-  std::signal(SIGXFSZ, SIG_IGN);
-  rlimit before;
-  getrlimit(RLIMIT_FSIZE, &before);
-  const rlimit small{4096, before.rlim_max};
-  setrlimit(RLIMIT_FSIZE, &small);
   std::string said;
   try {
+    const lamella::testing::FullDisk full(4096);
     export_face(dome(), two_regions(), "dome", file, {});
   } catch (const Error& e) {
     said = e.what();
   }
-  setrlimit(RLIMIT_FSIZE, &before);
-  std::signal(SIGXFSZ, SIG_DFL);
   EXPECT_NE(said.find(file.string()), std::string::npos) << said;
   EXPECT_NE(said.find("File too large"), std::string::npos) << said;
   EXPECT_EQ(fs::file_size(file), 14u);

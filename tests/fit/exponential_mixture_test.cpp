@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "fit/kernel_waves.h"
 #include "fit/layer_profile.h"
 #include "fit/layered_kernel.h"
 
@@ -25,15 +26,6 @@ LayeredKernel mixture_truth() {
   return kernel;
 }
 
-// The share of a wave of f cycles per mm that a kernel lets through: its Hankel transform.
-double wave_share(const RadialProfile& kernel, double f) {
-  double sum = 0;
-  for (double r = 5e-4; r < 40; r *= 1.002) {
-    sum += kernel(r) * std::cyl_bessel_j(0.0, 2 * M_PI * f * r) * 2 * M_PI * r * r * 0.002;
-  }
-  return sum;
-}
-
 // What waves show of it through pixels that blur.
 KernelEquations seen_waves(const RadialProfile& kernel, int count, double step) {
   KernelEquations equations;
@@ -42,7 +34,7 @@ KernelEquations seen_waves(const RadialProfile& kernel, int count, double step) 
     KernelEquations::Vector row = KernelEquations::Vector::Zero();
     for (int j = 0; j < GaussianBasis::kSize; ++j) row(j) = GaussianBasis::transfer(j, f);
     row(GaussianBasis::kSize) = 1;
-    equations.add(row, wave_share(kernel, f) * blur, 1e4);
+    equations.add(row, testing::wave_share(kernel, f) * blur, 1e4);
   }
   return equations;
 }
@@ -68,7 +60,7 @@ ExponentialMixture one_of(int k) {
 }
 
 TEST(ExponentialMixture, IntegratesToOneOverThePlane) {
-  EXPECT_NEAR(wave_share(one_of(18), 0), 1, 1e-3);
+  EXPECT_NEAR(testing::wave_share(one_of(18), 0), 1, 1e-3);
 }
 
 TEST(ExponentialMixture, IsBlurredAsWavesAreByAGaussian) {
@@ -80,7 +72,7 @@ TEST(ExponentialMixture, IsBlurredAsWavesAreByAGaussian) {
         seen += blurred(j, k) * GaussianBasis::transfer(j, f);
       }
       const double blur = std::exp(-2 * std::pow(M_PI * kMixtureBlur_mm * f, 2));
-      EXPECT_NEAR(seen, wave_share(one_of(k), f) * blur, 0.01) << k << " at " << f;
+      EXPECT_NEAR(seen, testing::wave_share(one_of(k), f) * blur, 0.01) << k << " at " << f;
     }
   }
 }

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "fit/kernel_waves.h"
+
 namespace lamella::fit {
 namespace {
 
@@ -18,15 +20,6 @@ LayeredKernel kernel_of_skin() {
   return kernel;
 }
 
-// The share of a wave of f cycles per mm that a kernel lets through: its Hankel transform.
-double transfer_of(const LayeredKernel& kernel, double f) {
-  double sum = 0;
-  for (double r = 5e-4; r < 40; r *= 1.002) {
-    sum += kernel(r) * std::cyl_bessel_j(0.0, 2 * M_PI * f * r) * 2 * M_PI * r * r * 0.002;
-  }
-  return sum;
-}
-
 // What waves of many lengths show of it through a camera and a projector that blur.
 WeightEquations waves_through(const LayeredKernel& kernel) {
   KernelEquations equations;
@@ -35,7 +28,7 @@ WeightEquations waves_through(const LayeredKernel& kernel) {
     KernelEquations::Vector row = KernelEquations::Vector::Zero();
     for (int j = 0; j < GaussianBasis::kSize; ++j) row(j) = GaussianBasis::transfer(j, f);
     row(GaussianBasis::kSize) = 1;
-    equations.add(row, transfer_of(kernel, f) * blur, 1e4);
+    equations.add(row, testing::wave_share(kernel, f) * blur, 1e4);
   }
   return WeightEquations(equations, 1e-4);
 }
@@ -50,7 +43,9 @@ double difference(const LayeredKernel& a, const LayeredKernel& b) {
   return apart / light;
 }
 
-TEST(LayeredKernel, IntegratesToOne) { EXPECT_NEAR(transfer_of(kernel_of_skin(), 0), 1, 0.01); }
+TEST(LayeredKernel, IntegratesToOne) {
+  EXPECT_NEAR(testing::wave_share(kernel_of_skin(), 0), 1, 0.01);
+}
 
 TEST(LayeredKernel, IsFoundAgainInWhatItShowsThroughTheBlur) {
   LayeredKernel given = kernel_of_skin();
