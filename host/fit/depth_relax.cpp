@@ -3,6 +3,7 @@
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 
 #include "base/parallel.h"
 #include "fit/order_statistics.h"
@@ -21,6 +22,12 @@ constexpr int kRobustRounds = 2;
 constexpr double kFirstReach = 10;    // the first round believes links so many times further
 constexpr double kFirstTrust = 0.05;  // and measurements so much less
 constexpr double kAnchor = 1e-4;      // weight of the start, for islands without any evidence
+// The surface is moved block by block, and within a block by sweeps, where pixels are finer than
+// what the evidence tells: the equations of four times the unknowns take eight times as long.
+constexpr float kBlock_mm = 0.25f;
+constexpr int kLargestBlock_px = 4;
+constexpr int kSweepsAPixel = 4;     // of a block's side
+constexpr double kSweepShare = 0.7;  // of what a pixel's own equation asks for (Jacobi, damped)
 
 using Matrix = Eigen::SparseMatrix<double>;
 
@@ -28,6 +35,7 @@ using Matrix = Eigen::SparseMatrix<double>;
 struct Link {
   int a, b;
   double ratio, sigma_mm;
+  double weight = 0;
 };
 
 // Geman and McClure's weight of a residual, in sigmas.
@@ -69,16 +77,18 @@ class Relaxation {
   }
 
   void solve(int rounds) {
+    number_blocks();
     Matrix matrix = pattern();
-    Eigen::VectorXd right(size());
     Eigen::SimplicialLDLT<Matrix> solver;
     solver.analyzePattern(matrix);
     for (int round = 0; round < rounds; ++round) {
-      set_equations(round, &matrix, &right);
+      weigh(round);
+      Eigen::VectorXd right = set_equations(&matrix);
       solver.factorize(matrix);
       if (solver.info() != Eigen::Success) return;  // the last round's answer stays
-      const Eigen::VectorXd solution = solver.solve(right);
-      for (long k = 0; k < size(); ++k) mm(place_[size_t(k)]) = float(solution[k]);
+      const Eigen::VectorXd move = solver.solve(right);
+      for (size_t k = 0; k < place_.size(); ++k) mm(place_[k]) += float(move[block_of_[k]]);
+      if (block_px_ > 1) sweep();
     }
   }
 
@@ -117,60 +127,121 @@ class Relaxation {
     return robust_weight(data_mm - mm(place), sigma_mm, kDataSigmas);
   }
 
-  // The lower half of the normal equations, which is what is factorized: in the column of a pixel
-  // its own entry and those of the doubtful neighbours that come after it.
+  void weigh(int round) {
+    for (Link& l : links_) l.weight = link_weight(l, round);
+    data_weight_.resize(place_.size());
+    for (size_t k = 0; k < place_.size(); ++k) {
+      const cv::Point at = point(place_[k]);
+      const float data_mm = measured_.distance_mm(at);
+      data_weight_[k] = std::isnan(data_mm) ? 0
+                                            : data_weight(place_[k], data_mm,
+                                                          measured_.sigma_mm(at), round);
+    }
+  }
+
+  cv::Point point(int place) const { return {place % distance_.cols, place / distance_.cols}; }
+
+  int block_key(int place) const {
+    const cv::Point at = point(place) / block_px_;
+    return at.y * (distance_.cols / block_px_ + 2) + at.x;
+  }
+
+  // Row by row; those that the piece reaches.
+  void number_blocks() {
+    key_.resize(place_.size());
+    std::transform(place_.begin(), place_.end(), key_.begin(), [&](int i) { return block_key(i); });
+    std::sort(key_.begin(), key_.end());
+    key_.erase(std::unique(key_.begin(), key_.end()), key_.end());
+    block_of_.resize(place_.size());
+    for (size_t k = 0; k < place_.size(); ++k) block_of_[k] = *find_block(block_key(place_[k]));
+  }
+
+  std::optional<int> find_block(int key) const {
+    const auto found = std::lower_bound(key_.begin(), key_.end(), key);
+    if (found == key_.end() || *found != key) return std::nullopt;
+    return int(found - key_.begin());
+  }
+
+  // The lower half of the normal equations, which is what is factorized: in the column of a block
+  // its own entry and those of the blocks right of it and below.
   Matrix pattern() const {
-    Matrix matrix(size(), size());
-    matrix.reserve(3 * size());
-    for (long k = 0; k < size(); ++k) {
-      const int i = place_[size_t(k)];
-      const cv::Point at(i % distance_.cols, i / distance_.cols);
+    const long count = long(key_.size());
+    const int below = distance_.cols / block_px_ + 2;
+    Matrix matrix(count, count);
+    matrix.reserve(3 * count);
+    for (int k = 0; k < int(count); ++k) {
       matrix.startVec(k);
       matrix.insertBack(k, k) = 1;
-      for (const cv::Point& step : {cv::Point(1, 0), cv::Point(0, 1)}) {
-        if (is_doubtful(at + step)) matrix.insertBack(number_(at + step), k) = 0;
+      for (const int step : {1, below}) {
+        const std::optional<int> other = find_block(key_[size_t(k)] + step);
+        if (other) matrix.insertBack(*other, k) = 0;
       }
     }
     matrix.finalize();
     return matrix;
   }
 
-  // With this round's weights.
-  void set_equations(int round, Matrix* matrix, Eigen::VectorXd* right) {
-    std::fill_n(matrix->valuePtr(), matrix->nonZeros(), 0.0);
+  // What pulls at each pixel, and how stiffly it is held: minus the gradient of half the sum of
+  // squares, and its own second derivative.
+  struct Pull {
+    Eigen::VectorXd force, stiffness;
+  };
+  Pull pull() {
+    Pull p{Eigen::VectorXd::Zero(size()), Eigen::VectorXd::Constant(size(), kAnchor)};
     for (long k = 0; k < size(); ++k) {
+      const double w = data_weight_[size_t(k)];
+      if (w == 0) continue;
       const int i = place_[size_t(k)];
-      const cv::Point at(i % distance_.cols, i / distance_.cols);
-      const float data_mm = measured_.distance_mm(at);
-      const bool has_data = !std::isnan(data_mm);
-      const double w = has_data ? data_weight(i, data_mm, measured_.sigma_mm(at), round) : 0;
-      own(matrix, int(k)) += w + kAnchor;
-      (*right)[k] = kAnchor * mm(i) + (has_data ? w * data_mm : 0);
+      p.force[k] += w * (double(measured_.distance_mm(point(i))) - double(mm(i)));
+      p.stiffness[k] += w;
     }
-    for (const Link& l : links_) add_link(l, link_weight(l, round), matrix, right);
+    for (const Link& l : links_) {
+      const double pull = l.weight * (double(mm(l.a)) - l.ratio * double(mm(l.b)));
+      if (const int a = number(l.a); a >= 0) {
+        p.force[a] -= pull;
+        p.stiffness[a] += l.weight;
+      }
+      if (const int b = number(l.b); b >= 0) {
+        p.force[b] += l.ratio * pull;
+        p.stiffness[b] += l.weight * l.ratio * l.ratio;
+      }
+    }
+    return p;
   }
 
-  static double& own(Matrix* matrix, int k) {
-    return matrix->valuePtr()[matrix->outerIndexPtr()[k]];
+  // For the move of each block, with this round's weights.
+  Eigen::VectorXd set_equations(Matrix* matrix) {
+    std::fill_n(matrix->valuePtr(), matrix->nonZeros(), 0.0);
+    Eigen::VectorXd right = Eigen::VectorXd::Zero(matrix->cols());
+    const Pull p = pull();
+    for (long k = 0; k < size(); ++k) {
+      const int block = block_of_[size_t(k)];
+      right[block] += p.force[k];
+      entry(matrix, block, block) += p.stiffness[k];
+    }
+    for (const Link& l : links_) {
+      const int a = number(l.a), b = number(l.b);
+      if (a < 0 || b < 0) continue;
+      const int block_a = block_of_[size_t(a)], block_b = block_of_[size_t(b)];
+      entry(matrix, block_a, block_b) -= (block_a == block_b ? 2 : 1) * l.weight * l.ratio;
+    }
+    return right;
   }
 
   // A column has three entries at most.
-  static double& shared(Matrix* matrix, int a, int b) {
-    int entry = matrix->outerIndexPtr()[std::min(a, b)];
-    while (matrix->innerIndexPtr()[entry] != std::max(a, b)) ++entry;
-    return matrix->valuePtr()[entry];
+  static double& entry(Matrix* matrix, int a, int b) {
+    int at = matrix->outerIndexPtr()[std::min(a, b)];
+    while (matrix->innerIndexPtr()[at] != std::max(a, b)) ++at;
+    return matrix->valuePtr()[at];
   }
 
-  void add_link(const Link& l, double w, Matrix* matrix, Eigen::VectorXd* right) {
-    const int a = number(l.a), b = number(l.b);
-    if (a >= 0) own(matrix, a) += w;
-    if (b >= 0) own(matrix, b) += w * l.ratio * l.ratio;
-    if (a >= 0 && b >= 0) {
-      shared(matrix, a, b) -= w * l.ratio;
-    } else if (a >= 0) {
-      (*right)[a] += w * l.ratio * mm(l.b);
-    } else {
-      (*right)[b] += w * l.ratio * mm(l.a);
+  // Takes out the steps that blocks have left.
+  void sweep() {
+    for (int i = 0; i < kSweepsAPixel * block_px_; ++i) {
+      const Pull p = pull();
+      for (long k = 0; k < size(); ++k) {
+        mm(place_[size_t(k)]) += float(kSweepShare * p.force[k] / p.stiffness[k]);
+      }
     }
   }
 
@@ -178,7 +249,11 @@ class Relaxation {
   const std::vector<int>& place_;
   const cv::Mat1i& number_;
   Image1& distance_;
+  const int block_px_ = std::clamp(int(kBlock_mm / measured_.px_mm), 1, kLargestBlock_px);
+  std::vector<int> key_;       // of the piece's blocks, ascending
+  std::vector<int> block_of_;  // of each pixel of the piece
   std::vector<Link> links_;
+  std::vector<double> data_weight_;  // of each pixel of the piece
 };
 
 Mask doubtful_pixels(const DepthMap& measured, const Image1& distance) {

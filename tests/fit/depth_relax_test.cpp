@@ -54,6 +54,19 @@ TEST_F(DepthRelax, CarriesThePlaneOverAGapWhateverTheStart) {
   EXPECT_LT(worst_mm(mm, kGap), 0.05f);
 }
 
+// Pixels that are finer than what the evidence tells are moved in blocks: no block is seen in the end.
+TEST_F(DepthRelax, CarriesThePlaneInFinePixelsToo) {
+  DepthMap data = measured();
+  data.px_mm = 0.1f;
+  data.distance_mm(kGap).setTo(kNaN);
+  Image1 mm = plane();
+  for (int y = kGap.y; y < kGap.br().y; ++y) {
+    for (int x = kGap.x; x < kGap.br().x; ++x) mm(y, x) += 0.2f * float((x + y) % 3);
+  }
+  relax_depth(camera_, normals_, data, 3, &mm);
+  EXPECT_LT(worst_mm(mm, kGap), 0.02f);
+}
+
 TEST_F(DepthRelax, GivesUpWhatWasMeasuredInScatteredLight) {
   DepthMap data = measured();
   // Beside a shadow the projector's light comes from elsewhere: millimetres off, and says so
