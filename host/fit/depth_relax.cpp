@@ -133,9 +133,8 @@ class Relaxation {
     for (size_t k = 0; k < place_.size(); ++k) {
       const cv::Point at = point(place_[k]);
       const float data_mm = measured_.distance_mm(at);
-      data_weight_[k] = std::isnan(data_mm) ? 0
-                                            : data_weight(place_[k], data_mm,
-                                                          measured_.sigma_mm(at), round);
+      data_weight_[k] =
+          std::isnan(data_mm) ? 0 : data_weight(place_[k], data_mm, measured_.sigma_mm(at), round);
     }
   }
 

@@ -54,7 +54,7 @@ TEST_F(DepthRelax, CarriesThePlaneOverAGapWhateverTheStart) {
   EXPECT_LT(worst_mm(mm, kGap), 0.05f);
 }
 
-// Pixels that are finer than what the evidence tells are moved in blocks: no block is seen in the end.
+// Pixels finer than what the evidence tells are moved in blocks: no block is seen in the end.
 TEST_F(DepthRelax, CarriesThePlaneInFinePixelsToo) {
   DepthMap data = measured();
   data.px_mm = 0.1f;
