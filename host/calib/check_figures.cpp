@@ -54,8 +54,9 @@ double bright_end(const Image3& image) {
 
 std::vector<cv::Point> pixels_to_check(const Labels& labels, const Image3& front_cross) {
   const double lit = labels.empty() ? kLitShare * bright_end(front_cross) : 0;
+  const bool has_labels = !labels.empty();
   const auto is_inside = [&](int y, int x) {
-    return labels.empty() ? mean(front_cross(y, x)) > lit : labels(y, x) > 0;
+    return !has_labels ? mean(front_cross(y, x)) > lit : labels(y, x) > 0;
   };
   std::vector<size_t> before(size_t(front_cross.rows) + 1, 0);  // pixels above each row
   parallel_for(front_cross.rows, [&](int y) {
@@ -76,12 +77,9 @@ std::vector<cv::Point> pixels_to_check(const Labels& labels, const Image3& front
 }
 
 Vec3 mean_light(const Photograph& photograph, const std::vector<cv::Point>& pixels) {
-  Vec3 light;
-  for (int c = 0; c < 3; ++c) {
-    light[c] =
-        float(mean_over(pixels, [&](const cv::Point& p) { return photograph.radiance(p)[c]; }));
-  }
-  return light;
+  Vec3d sum(0, 0, 0);
+  for (const cv::Point& p : pixels) sum += Vec3d(photograph.radiance(p));
+  return sum * (1 / std::max(1.0, double(pixels.size())));
 }
 
 double clipped_share(const std::vector<const Photograph*>& photographs,

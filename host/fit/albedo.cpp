@@ -1,3 +1,4 @@
+#include "base/filled.h"
 #include "base/parallel.h"
 #include "fit/diffuse_total.h"
 #include "fit/scattering.h"
@@ -13,8 +14,8 @@ constexpr float kSigmaAtHalfConfidence = 0.1f;
 Albedo fit_albedo(const Burst& burst, const Geometry& geometry, const Normals& normals) {
   Albedo albedo;
   const cv::Size size = burst.regions.size();
-  albedo.total = Image3(size, Vec3(kNaN, kNaN, kNaN));
-  albedo.confidence = Image1(size, 0.f);
+  albedo.total = filled<Image3>(size, Vec3(kNaN, kNaN, kNaN));
+  albedo.confidence = filled<Image1>(size, 0.f);
   const DiffuseTotal total(burst, geometry, normals);
   parallel_for(size.height, [&](int y) {
     for (int x = 0; x < size.width; ++x) {

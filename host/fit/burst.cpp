@@ -1,6 +1,7 @@
 #include "fit/burst.h"
 
 #include <algorithm>
+#include <numeric>
 #include <opencv2/imgproc.hpp>
 
 #include "base/error.h"
@@ -151,14 +152,16 @@ NoiseModel noise_of(const Session& session, const Camera& camera, Role role,
 
 // b: what the projector emits when told black, as a share of what it emits when told white.
 float estimate_black_level(const Image3& black, const Image3& front_cross, const Labels& regions) {
-  double dark = 0, lit = 0;
-  for (int y = 0; y < black.rows; ++y) {
+  std::vector<double> dark_of(size_t(black.rows), 0), lit_of = dark_of;  // of each row
+  parallel_for(black.rows, [&](int y) {
     for (int x = 0; x < black.cols; ++x) {
       if (regions(y, x) == 0) continue;
-      dark += mean(black(y, x));
-      lit += mean(front_cross(y, x));
+      dark_of[size_t(y)] += mean(black(y, x));
+      lit_of[size_t(y)] += mean(front_cross(y, x));
     }
-  }
+  });
+  const double dark = std::accumulate(dark_of.begin(), dark_of.end(), 0.0);
+  const double lit = std::accumulate(lit_of.begin(), lit_of.end(), 0.0);
   return lit > 0 ? float(std::clamp(dark / lit, 0.0, 0.5)) : 0.f;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/filled.h"
 #include "base/parallel.h"
 #include "fit/smooth.h"
 #include "fit/triangulate.h"
@@ -21,9 +22,9 @@ DepthMap triangulate(const Camera& camera, const Camera& projector,
                      const ProjectorColumns& columns) {
   const Vec3d centre = camera.centre_mm();
   const cv::Size size = columns.u_px.size();
-  DepthMap depth{Image1(size, kNaN), Image1(size, kNaN), columns.u_px.clone(),
+  DepthMap depth{filled<Image1>(size, kNaN), filled<Image1>(size, kNaN), columns.u_px.clone(),
                  float(camera.pixel_mm())};
-  depth.bias_mm = Image1(size, kNaN);
+  depth.bias_mm = filled<Image1>(size, kNaN);
   parallel_for(size.height, [&](int y) {
     for (int x = 0; x < size.width; ++x) {
       const float u = columns.u_px(y, x);

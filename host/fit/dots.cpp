@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
+#include "base/filled.h"
 #include "base/parallel.h"
 #include "fit/channel_fit.h"
 #include "fit/order_statistics.h"
@@ -166,28 +167,43 @@ float trust_in_ld(const RegionScattering& region) {
   return float(1 / (1 + relative / kSpreadAtHalfTrust));
 }
 
+// Sums over a square around every pixel, without an end: bands of rows side by side.
+template <class Image>
+Image sums_around(const Image& image, int width_px) {
+  const int band = std::max(64, width_px);
+  Image sums(image.size());
+  parallel_for((image.rows + band - 1) / band, [&](int i) {
+    const cv::Range rows(i * band, std::min(image.rows, (i + 1) * band));
+    Image to = sums.rowRange(rows);
+    cv::boxFilter(image.rowRange(rows), to, -1, {width_px, width_px}, {-1, -1}, false);
+  });
+  return sums;
+}
+
 // Of every pixel l_d, and how far it is to be believed.
 void blend_ld(const Burst& burst, Scattering* scattering) {
   const cv::Size size = burst.regions.size();
-  cv::Mat_<cv::Vec4f> sum(size, cv::Vec4f::all(0));
-  Image1 weight(size, 0.f);
-  for (int y = 0; y < size.height; ++y) {
-    for (int x = 0; x < size.width; ++x) {
-      if (!burst.regions(y, x)) continue;
-      const RegionScattering& region = scattering->regions[burst.regions(y, x) - 1u];
-      const auto& ld = region.ld_mm;
-      if (!(ld[0] > 0)) continue;
-      sum(y, x) = cv::Vec4f(float(ld[0]), float(ld[1]), float(ld[2]), trust_in_ld(region));
-      weight(y, x) = 1;
-    }
+  std::vector<cv::Vec4f> of_label{cv::Vec4f::all(0)};
+  for (const RegionScattering& region : scattering->regions) {
+    const Vec3 ld(float(region.ld_mm[0]), float(region.ld_mm[1]), float(region.ld_mm[2]));
+    of_label.push_back(ld[0] > 0 ? cv::Vec4f(ld[0], ld[1], ld[2], trust_in_ld(region))
+                                 : cv::Vec4f::all(0));
   }
+  cv::Mat_<cv::Vec4f> sum(size);
+  Image1 weight(size);
+  parallel_for(size.height, [&](int y) {
+    for (int x = 0; x < size.width; ++x) {
+      sum(y, x) = of_label[burst.regions(y, x)];
+      weight(y, x) = sum(y, x)[0] > 0 ? 1.f : 0.f;
+    }
+  });
   const Camera& camera = burst.session->left;
   const double px_per_mm = 1 / camera.pixel_mm();
   const int width = std::max(1, int(kBlend_mm * px_per_mm)) | 1;
-  cv::boxFilter(sum, sum, -1, {width, width}, {-1, -1}, false);
-  cv::boxFilter(weight, weight, -1, {width, width}, {-1, -1}, false);
-  scattering->deep_ld_mm = Image3(size, Vec3(kNaN, kNaN, kNaN));
-  scattering->ld_confidence = Image1(size, 0.f);
+  sum = sums_around(sum, width);
+  weight = sums_around(weight, width);
+  scattering->deep_ld_mm = filled<Image3>(size, Vec3(kNaN, kNaN, kNaN));
+  scattering->ld_confidence = filled<Image1>(size, 0.f);
   parallel_for(size.height, [&](int y) {
     for (int x = 0; x < size.width; ++x) {
       if (!burst.regions(y, x) || !(weight(y, x) > 0)) continue;
@@ -200,7 +216,7 @@ void blend_ld(const Burst& burst, Scattering* scattering) {
 
 Image3 alpha_map(const Image3& deep_albedo) {
   static const model::AlphaTable table;
-  Image3 alpha(deep_albedo.size(), Vec3(kNaN, kNaN, kNaN));
+  auto alpha = filled<Image3>(deep_albedo.size(), Vec3(kNaN, kNaN, kNaN));
   parallel_for(alpha.rows, [&](int y) {
     for (int x = 0; x < alpha.cols; ++x) {
       const Vec3& deep = deep_albedo(y, x);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "base/filled.h"
 #include "base/parallel.h"
 #include "fit/turns.h"
 
@@ -196,9 +197,12 @@ void measure_columns(const Level& level, float px_per_turn, ProjectorColumns* co
 ProjectorColumns decode_columns(const std::vector<Image3>& fringe, const Image3& white,
                                 const Mask& wanted, const FringeCode& code) {
   // The first level has no phase before it to lean on: it is unwrapped around the middle column.
-  ProjectorColumns columns{Image1(white.size(), float(code.projector_width_px / 2)),
-                           Image1(white.size(), kNaN)};
-  columns.u_px.setTo(kNaN, wanted == 0);
+  ProjectorColumns columns{Image1(white.size()), filled<Image1>(white.size(), kNaN)};
+  parallel_for(white.rows, [&](int y) {
+    for (int x = 0; x < white.cols; ++x) {
+      columns.u_px(y, x) = wanted(y, x) ? float(code.projector_width_px / 2) : kNaN;
+    }
+  });
   for (size_t k = 0; k + 1 < fringe.size(); ++k) {
     count_turns(fringe[k], white, float(code.projector_width_px / code.periods[k]), &columns);
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/filled.h"
 #include "base/parallel.h"
 #include "fit/bled_light.h"
 #include "fit/depth_fill.h"
@@ -109,7 +110,7 @@ DepthMap triangulated_depth(const Burst& burst) {
 // Normals good enough to carry the surface over a gap: the diffuse gradients as a lone Lambertian
 // surface in the middle of the rig would show them, averaged over a few pixels.
 Image3 rough_normals(const Burst& burst, const Mask& lit, const DepthMap& depth) {
-  Image3 normal(lit.size(), Vec3(kNaN, kNaN, kNaN));
+  Image3 normal = filled<Image3>(lit.size(), Vec3(kNaN, kNaN, kNaN));
   const LedsFrom leds(burst.session->stage, Vec3(0, 0, 0));
   const cv::Rect inside(0, 0, lit.cols, lit.rows);
   parallel_for(lit.rows, [&](int y) {
@@ -150,10 +151,10 @@ Geometry geometry_at(const Burst& burst, const DepthMap& depth, const Mask& meas
   const cv::Size size = burst.regions.size();
   const Vec3 nowhere(kNaN, kNaN, kNaN);
   const Vec3d centre = session.left.centre_mm();
-  Geometry g{Image3(size, nowhere),          depth.sigma_mm,
-             Image2(size, Vec2(kNaN, kNaN)), Image3(size, nowhere),
-             Image3(size, nowhere),          Image1(size, kNaN),
-             Image3(size, nowhere),          measured};
+  Geometry g{filled<Image3>(size, nowhere),          depth.sigma_mm,
+             filled<Image2>(size, Vec2(kNaN, kNaN)), filled<Image3>(size, nowhere),
+             filled<Image3>(size, nowhere),          filled<Image1>(size, kNaN),
+             filled<Image3>(size, nowhere),          measured};
   parallel_for(size.height, [&](int y) {
     for (int x = 0; x < size.width; ++x) {
       const float mm = depth.distance_mm(y, x);

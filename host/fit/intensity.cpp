@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
+#include "base/filled.h"
 #include "base/parallel.h"
 #include "model/single_scattering.h"
 #include "model/torrance_sparrow.h"
@@ -171,7 +172,7 @@ Responses skin_responses(const Burst& burst, const Geometry& geometry, const Nor
   Responses out;
   for (Image1* map : {&out.led_lobe, &out.led_single, &out.front_lobe, &out.front_single,
                       &out.led_share, &out.front_slope, &out.led_slope}) {
-    *map = Image1(burst.regions.size(), kNaN);
+    *map = filled<Image1>(burst.regions.size(), kNaN);
   }
   const ResponseMaker maker{burst,      geometry, normals,
                             visibility, skins,    LedField(burst.session->stage, visibility),
@@ -199,7 +200,8 @@ IntensityMap estimate_intensity(const Burst& burst, const Responses& responses,
   const cv::Size window(kNeighbourhoodPx, kNeighbourhoodPx);
   cv::blur(weight, local_weight, window);
   cv::blur(weighted, local_weighted, window);
-  IntensityMap map{Image1(size, kNaN), Image1(size, 0.f), Image1(size, kNaN)};
+  IntensityMap map{filled<Image1>(size, kNaN), filled<Image1>(size, 0.f),
+                   filled<Image1>(size, kNaN)};
   parallel_for(size.height, [&](int y) {
     for (int x = 0; x < size.width; ++x) {
       // Where no surface is known, as of a label in the dark, a region's c is nobody's.

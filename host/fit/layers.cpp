@@ -144,7 +144,9 @@ void run_steps(Step until, LayerUse use, Burst* burst, Course* course, LayeredFi
   Geometry geometry = timed(course, "geometry", [&] { return reconstruct_geometry(*burst); });
   forget_fringes(burst);
   remove_pattern_extinction(geometry, burst);
-  if (until > Step::kGeometry) {
+  if (until == Step::kGeometry) {
+    report_geometry(*burst, geometry, fit);
+  } else {
     const Normals normals =
         timed(course, "normals", [&] { return estimate_normals(*burst, &geometry); });
     report_normals(normals, fit);
@@ -153,7 +155,12 @@ void run_steps(Step until, LayerUse use, Burst* burst, Course* course, LayeredFi
       report_regions(*burst, fit);
     }
     forget_gradients(burst);
-    const Skin skin = fit_skin(until, use, {*burst, geometry, normals}, course);
+    Skin skin;
+    parallel_both(
+        [&] {
+          skin = fit_skin(until, use, {*burst, geometry, normals}, course);
+        },
+        [&] { report_geometry(*burst, geometry, fit); });
     forget_patterns(burst);
     report_skin(until, skin, fit);
     if (until >= Step::kAlbedo) {
@@ -164,7 +171,6 @@ void run_steps(Step until, LayerUse use, Burst* burst, Course* course, LayeredFi
       report_rerender(timed(course, "rerender", [&] { return rerender(*burst, fitted); }), fit);
     }
   }
-  report_geometry(*burst, geometry, fit);
 }
 
 // As asked, in blocks that still resolve the patterns.

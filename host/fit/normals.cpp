@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/filled.h"
 #include "base/parallel.h"
 #include "fit/depth_fill.h"
 #include "fit/depth_relax.h"
@@ -226,10 +227,9 @@ Normals estimate_normals(const Burst& burst, Geometry* geometry) {
   Normals n;
   const cv::Size size = burst.regions.size();
   const Vec3 nowhere(kNaN, kNaN, kNaN);
-  for (Image3& d : n.diffuse) d = Image3(size, nowhere);
-  n.specular_confidence = Image1(size, 0.5f);
-  n.diffuse_confidence = Image1(size, 0.5f);
-  n.ambient_visibility = Image1(size, 1.f);
+  for (Image3& d : n.diffuse) d = filled<Image3>(size, nowhere);
+  n.diffuse_confidence = filled<Image1>(size, 0.5f);
+  n.ambient_visibility = filled<Image1>(size, 1.f);
 
   const Image1 distance_mm = distances(burst, geometry->scene_mm);
   const float px_mm = float(burst.session->left.pixel_mm());
@@ -240,7 +240,7 @@ Normals estimate_normals(const Burst& burst, Geometry* geometry) {
       place_nodes(geometry->position_mm, stage, Surroundings::step_for(burst.session->left));
   const DiffuseField field{stage,    geometry->position_mm, moments, distance_mm, px_mm, around,
                            occlusion};
-  Image3 normal_at_nodes(size, nowhere);
+  Image3 normal_at_nodes = filled<Image3>(size, nowhere);
   invert_nodes(field, &normal_at_nodes);
   look_around(geometry->scene_mm, normal_at_nodes, stage, &around);
   const auto look_at_shadows = [&](int round) {

@@ -2,6 +2,7 @@
 #include <numeric>
 #include <opencv2/imgproc.hpp>
 
+#include "base/filled.h"
 #include "base/parallel.h"
 #include "calib/pattern_scale.h"
 #include "fit/diffuse_total.h"
@@ -50,7 +51,7 @@ class Stripes {
     period_px_ = float(patterns.stripe_period_px);
     shift_turns_ = float(patterns.stripe_shift_px / patterns.stripe_period_px);
     const double facing = 1 / projector.pixel_mm();
-    offset_turns_ = Image1(burst.regions.size(), 0.f);
+    offset_turns_ = filled<Image1>(burst.regions.size(), 0.f);
     for (size_t k = 0; k < 4; ++k) {
       projector_px_[k] = moved_projector_px(geometry.projector_px, burst.stripes_place[k]);
     }
@@ -79,14 +80,14 @@ class Stripes {
   // The stripes are finer than the fringes: what they say of their own phase, averaged over a few
   // pixels, is better than what the geometry says, and knows what is meant by a pattern's column.
   void find_offset() {
-    cv::Mat_<Vec2> sums(burst_.regions.size(), Vec2(0, 0));
+    auto sums = filled<Image2>(burst_.regions.size(), Vec2(0, 0));
     parallel_for(burst_.regions.rows, [&](int y) {
       for (int x = 0; x < burst_.regions.cols; ++x) {
         if (measured(y, x) && has_whole_stripes(burst_, y, x)) sums(y, x) = wave(y, x);
       }
     });
     cv::boxFilter(sums, sums, -1, cv::Size(kPhaseWindow_px, kPhaseWindow_px));
-    Image1 turns(sums.size(), 0.f);
+    Image1 turns(sums.size());
     parallel_for(sums.rows, [&](int y) {
       for (int x = 0; x < sums.cols; ++x) {
         turns(y, x) = turns_of(sums(y, x)[1], sums(y, x)[0]);
@@ -247,8 +248,8 @@ double closure(const Burst& burst) {
 ShareMap shares_of(const Burst& burst, const Stripes& stripes, Image1* other_variance) {
   const cv::Size size = burst.regions.size();
   const Vec3 nowhere(kNaN, kNaN, kNaN);
-  ShareMap map{Image3(size, nowhere), Image3(size, nowhere)};
-  *other_variance = Image1(size, 0.f);
+  ShareMap map{filled<Image3>(size, nowhere), filled<Image3>(size, nowhere)};
+  *other_variance = filled<Image1>(size, 0.f);
   const Shapes shapes = shapes_of(stripes);
   parallel_for(size.height, [&](int y) {
     for (int x = 0; x < size.width; ++x) {
@@ -293,12 +294,12 @@ Separation separate_layers(const Burst& burst, const Geometry& geometry, const N
   Separation separation;
   const cv::Size size = burst.regions.size();
   const Vec3 nowhere(kNaN, kNaN, kNaN);
-  separation.shallow_albedo = Image3(size, nowhere);
-  separation.deep_albedo = Image3(size, nowhere);
-  separation.shallow_stddev = Image3(size, nowhere);
-  separation.deep_stddev = Image3(size, nowhere);
-  separation.confidence = Image1(size, 0.f);
-  separation.deep_confidence = Image1(size, 0.f);
+  separation.shallow_albedo = filled<Image3>(size, nowhere);
+  separation.deep_albedo = filled<Image3>(size, nowhere);
+  separation.shallow_stddev = filled<Image3>(size, nowhere);
+  separation.deep_stddev = filled<Image3>(size, nowhere);
+  separation.confidence = filled<Image1>(size, 0.f);
+  separation.deep_confidence = filled<Image1>(size, 0.f);
   separation.closure_rms = closure(burst);
   Stripes stripes(burst, geometry, normals);
   stripes.find_offset();

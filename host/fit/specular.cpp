@@ -1,5 +1,6 @@
 #include "fit/specular.h"
 
+#include "base/filled.h"
 #include "base/parallel.h"
 #include "fit/intensity.h"
 #include "fit/lobe_fit.h"
@@ -45,7 +46,7 @@ Image3 single_albedo_map(const Labels& regions, const SpecularFit& fit,
 // S as eq. 1 and 3 give it with everything fitted.
 Image3 predicted(const Labels& regions, const SpecularFit& fit, const Image1& lobe,
                  const Image1& single) {
-  Image3 s(regions.size(), Vec3(kNaN, kNaN, kNaN));
+  auto s = filled<Image3>(regions.size(), Vec3(kNaN, kNaN, kNaN));
   parallel_for(s.rows, [&](int y) {
     for (int x = 0; x < s.cols; ++x) {
       if (!regions(y, x)) continue;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/filled.h"
 #include "base/parallel.h"
 #include "fit/smooth.h"
 
@@ -78,7 +79,7 @@ Detail measure_detail(const Burst& burst, const SurfaceView& view, const Surface
   const auto fine = smooth_along_surface(raw, span, fine_px);
   const auto coarse = smooth_along_surface(raw, span, coarse_px);
   const float gain = noise_gain(gaussian_taps(fine_px), gaussian_taps(coarse_px));
-  Detail detail{Image3(raw.size(), Vec3(0, 0, 0)), Image2(raw.size(), Vec2(0, 0))};
+  Detail detail{filled<Image3>(raw.size(), Vec3(0, 0, 0)), filled<Image2>(raw.size(), Vec2(0, 0))};
   parallel_for(raw.rows, [&](int y) {
     for (int x = 0; x < raw.cols; ++x) {
       if (std::isnan(view.distance_mm(y, x)) || is_clipped(burst.clipped_led, y, x)) continue;
