@@ -41,12 +41,6 @@ void run_specular_normals(const KnownScene& scene, fit::LayeredFit* fit) {
   fit::report_normals(normals, fit);
 }
 
-fit::LightVisibility visibility_in(const KnownScene& scene) {
-  const Session& session = *scene.burst.session;
-  return {scene.geometry.position_mm, scene.geometry.to_camera, session.stage,
-          session.projector.centre_mm(), fit::LightVisibility::step_for(session.left)};
-}
-
 std::vector<fit::SkinModel> skin_models(const std::vector<fit::RegionFit>& fits, float g) {
   std::vector<fit::SkinModel> models;
   for (const fit::RegionFit& fit : fits) {
@@ -78,7 +72,7 @@ void show_intensity_alone(const Truth& truth, std::vector<fit::LobeSample>* samp
 // As the fit does it: a few samples first, for what the samples themselves are computed with.
 void run_lobe(const KnownScene& scene, fit::LayeredFit* fit) {
   const fit::Quality& quality = scene.burst.quality;
-  const fit::LightVisibility visibility = visibility_in(scene);
+  const fit::LightVisibility visibility(scene.normals.around);
   const float g = true_asymmetry(scene.truth);
   std::vector<fit::RegionFit> fits(scene.burst.region_names.size() - 1, fit::prior_region_fit());
   for (const int per_region : {quality.lobe_samples / 4, quality.lobe_samples}) {
@@ -98,7 +92,7 @@ void run_lobe(const KnownScene& scene, fit::LayeredFit* fit) {
 // A region's c is found from its samples here too, as the lobe's integral is known at each; twice,
 // as light that the surface reflects does not enter the skin.
 void run_intensity(const KnownScene& scene, fit::LayeredFit* fit) {
-  const fit::LightVisibility visibility = visibility_in(scene);
+  const fit::LightVisibility visibility(scene.normals.around);
   std::vector<fit::RegionFit> skin = true_skin(scene.truth);
   for (int pass = 0; pass < 2; ++pass) {
     const std::vector<fit::SkinModel> models = skin_models(skin, true_asymmetry(scene.truth));

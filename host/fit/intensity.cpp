@@ -37,7 +37,7 @@ struct ResponseMaker {
     const Vec3 n = normals.specular(y, x), v = geometry.to_camera(y, x);
     const Vec3 l = geometry.to_projector(y, x), h = unit(l + v);
     const float n_l = dot(n, l), n_v = dot(n, v), v_h = dot(v, h), n_h = dot(n, h);
-    const float share = visibility.share(y, x, visibility.projector());
+    const float share = visibility.projector_share(y, x);
     if (n_l < kIntensityMinCosine || n_v < kIntensityMinCosine || share <= 0) return;
     const float radiance = kPi * share * geometry.projector_irradiance(y, x);
     out->front_lobe(y, x) = radiance * model::lobe_times_cosine(skin.lobe, n_h, n_v, n_l, v_h);

@@ -32,14 +32,24 @@ std::vector<std::pair<float, size_t>> by_facing(const std::vector<Vec3>& directi
   return order;
 }
 
-void set_led(const Vec3& direction, const Vec3& to_camera, size_t i, LedCell* cell) {
-  cell->x[i] = direction[0];
-  cell->y[i] = direction[1];
-  cell->z[i] = direction[2];
-  cell->l_v[i] = dot(direction, to_camera);
-  const float v_h = std::sqrt(std::max(1e-6f, 0.5f + 0.5f * cell->l_v[i]));
-  cell->per_v_h[i] = 1.f / v_h;
-  cell->fresnel[i] = model::fresnel_reflectance(v_h);
+// Room for `count` lights and the padding; what is there is written over.
+void make_room(size_t count, LedCell* cell) {
+  const size_t padded = (count + LedCell::kLanes - 1) / LedCell::kLanes * LedCell::kLanes;
+  for (auto* values : {&cell->x, &cell->y, &cell->z, &cell->radiance, &cell->share[0],
+                       &cell->share[1], &cell->share[2], &cell->share[3], &cell->l_v,
+                       &cell->per_v_h, &cell->fresnel, &cell->reached}) {
+    values->resize(padded);
+  }
+  cell->facing.resize(count);
+}
+
+void see_from_camera(const Vec3& to_camera, LedCell* cell) {
+  for (size_t i = 0; i < cell->x.size(); ++i) {
+    cell->l_v[i] = cell->x[i] * to_camera[0] + cell->y[i] * to_camera[1] + cell->z[i] * to_camera[2];
+    const float v_h = std::sqrt(std::max(1e-6f, 0.5f + 0.5f * cell->l_v[i]));
+    cell->per_v_h[i] = 1.f / v_h;
+    cell->fresnel[i] = model::fresnel_reflectance(v_h);
+  }
 }
 
 }  // namespace
@@ -47,27 +57,30 @@ void set_led(const Vec3& direction, const Vec3& to_camera, size_t i, LedCell* ce
 void LedField::enter_cell(int y, int x, const SurfacePoint& point, LedCell* cell) const {
   const LightVisibility::Corners corners = visibility_.corners(y, x);
   const size_t count = stage_.leds().size();
-  const size_t padded = (count + LedCell::kLanes - 1) / LedCell::kLanes * LedCell::kLanes;
-  for (auto* values : {&cell->x, &cell->y, &cell->z, &cell->radiance, &cell->share[0],
-                       &cell->share[1], &cell->share[2], &cell->share[3], &cell->l_v,
-                       &cell->per_v_h, &cell->fresnel, &cell->reached}) {
-    values->assign(padded, 0.f);
-  }
+  make_room(count, cell);
   std::vector<Vec3> direction(count);
   for (size_t led = 0; led < count; ++led) {
     direction[led] = stage_.direction_from(led, point.position_mm);
   }
   const auto order = by_facing(direction, point.normal);
   cell->normal = point.normal;
-  cell->facing.resize(count);
-  for (size_t i = 0; i < padded; ++i) {
+  size_t first_hidden = cell->x.size();
+  for (size_t i = 0; i < cell->x.size(); ++i) {
     const auto [facing, led] = order[std::min(i, count - 1)];
-    set_led(direction[led], point.to_camera, i, cell);
-    if (i >= count) continue;
-    cell->facing[i] = facing;
-    cell->radiance[i] = mean(stage_.irradiance(led, point.position_mm));
-    for (size_t k = 0; k < 4; ++k) cell->share[k][i] = float(corners.node[k][led]);
+    cell->x[i] = direction[led][0];
+    cell->y[i] = direction[led][1];
+    cell->z[i] = direction[led][2];
+    cell->radiance[i] = i < count ? mean(stage_.irradiance(led, point.position_mm)) : 0.f;
+    if (i < count) cell->facing[i] = facing;
+    const std::array<float, 4> reaches = visibility_.reaches(corners, led);
+    for (size_t k = 0; k < 4; ++k) {
+      cell->share[k][i] = reaches[k];
+      if (reaches[k] < 1) first_hidden = std::min(first_hidden, i);
+    }
   }
+  cell->open = first_hidden / LedCell::kLanes * LedCell::kLanes;
+  see_from_camera(point.to_camera, cell);
+  cell->reached = cell->radiance;
 }
 
 void LedField::enter_pixel(int y, int x, const Vec3& n, LedCell* cell) const {
@@ -77,11 +90,10 @@ void LedField::enter_pixel(int y, int x, const Vec3& n, LedCell* cell) const {
                                         [&](float facing) { return facing > least; });
   const auto above = size_t(end - cell->facing.begin());
   cell->used = (above + LedCell::kLanes - 1) / LedCell::kLanes * LedCell::kLanes;
-  const LightVisibility::Corners corners = visibility_.corners(y, x);
+  const std::array<float, 4> w = visibility_.weights(y, x);
   const float* share[4] = {cell->share[0].data(), cell->share[1].data(), cell->share[2].data(),
                            cell->share[3].data()};
-  const float* w = corners.weight;
-  for (size_t i = 0; i < cell->used; ++i) {
+  for (size_t i = cell->open; i < cell->used; ++i) {
     cell->reached[i] = cell->radiance[i] * (w[0] * share[0][i] + w[1] * share[1][i] +
                                             w[2] * share[2][i] + w[3] * share[3][i]);
   }

@@ -21,6 +21,7 @@ struct LedCell {
   std::vector<float> x, y, z;               // unit, towards the light
   std::vector<float> radiance;              // of white facing it, mean of the channels
   std::array<std::vector<float>, 4> share;  // of it that reaches each corner
+  size_t open = 0;                          // so many of the first, in whole lanes, reach them all
   // From light and camera alone, which hardly turn within a cell: l.v, 1/(v.h), Fresnel at v.h.
   std::vector<float> l_v, per_v_h, fresnel;
   // At the pixel entered last: radiance x share, of as many lights as may be above its horizon.

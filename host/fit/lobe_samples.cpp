@@ -33,7 +33,7 @@ struct Sampler {
     if (!is_finite(n) || !is_finite(geometry.position_mm(y, x))) return false;
     if (dot(n, geometry.to_camera(y, x)) < kLobeMinCosine) return false;
     if (dot(n, geometry.to_projector(y, x)) < kLobeMinCosine) return false;
-    return visibility.share(y, x, visibility.projector()) >= 0.999f;
+    return visibility.projector_share(y, x) >= 0.999f;
   }
 
   void add_front(int y, int x, LobeSample* s) const {

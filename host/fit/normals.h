@@ -4,6 +4,7 @@
 
 #include "fit/geometry.h"
 #include "fit/led_gains.h"
+#include "fit/surroundings.h"
 
 namespace lamella::fit {
 
@@ -14,6 +15,7 @@ struct Normals {
   Image1 diffuse_confidence;
   Image1 ambient_visibility;  // share of the LED light (cosine-weighted) that reaches the pixel
   LedGains led_gains;
+  Surroundings around;  // without a node: nothing hides anything
 };
 
 // Also improves `geometry` where the normals know better than stereo (Nehab et al. 2005).

@@ -25,7 +25,7 @@ OcclusionAtNode occlusion_at(const Surroundings& around, size_t node, const Leds
     for (int c = 0; c < 3; ++c) {
       const Moments4 direct = Moments4(1, axis[0], axis[1], axis[2]) * (cosine * irradiance[c]);
       free[size_t(c)] += direct;
-      if (blocker == Surroundings::kFree) lit[size_t(c)] += direct;
+      if (!around.hidden(node, i)) lit[size_t(c)] += direct;
       if (blocker < 0) continue;
       const DiffuseMoments& m = moments(blocker / moments.cols, blocker % moments.cols);
       lit[size_t(c)] += Moments4(m[4 * c], m[4 * c + 1], m[4 * c + 2], m[4 * c + 3]) *
@@ -37,7 +37,7 @@ OcclusionAtNode occlusion_at(const Surroundings& around, size_t node, const Leds
   for (size_t i = 0; i < leds.count(); ++i) {
     const float gives = std::max(0.f, dot(normal, leds.towards(i))) * mean(leds.irradiance(i));
     all += gives;
-    if (around.at(node, i) == Surroundings::kFree) seen += gives;
+    if (!around.hidden(node, i)) seen += gives;
   }
   o.ambient_visibility = all > 0 ? seen / all : 1.f;
   for (size_t c = 0; c < 3; ++c) o.bend[c] = direction_of(lit[c]) - direction_of(free[c]);

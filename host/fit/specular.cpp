@@ -62,10 +62,7 @@ Image3 predicted(const Labels& regions, const SpecularFit& fit, const Image1& lo
 }  // namespace
 
 SpecularFit fit_specular(const Burst& burst, const Geometry& geometry, const Normals& normals) {
-  const Session& session = *burst.session;
-  const LightVisibility visibility(geometry.position_mm, geometry.to_camera, session.stage,
-                                   session.projector.centre_mm(),
-                                   LightVisibility::step_for(session.left));
+  const LightVisibility visibility(normals.around);
   std::vector<RegionFit> fits(burst.region_names.size() - 1, prior_region_fit());
   PhaseAsymmetry asymmetry;
   const int samples = burst.quality.lobe_samples;

@@ -162,8 +162,7 @@ struct Coverages {
 
   void judge() {
     width.judge("lobe width m", {});
-    // Where the nodes of the lights' visibility lie moves all of a small region's lobe.
-    lobe.judge("lobe p", {.most_spread = 1.45});
+    lobe.judge("lobe p", {});
     single.judge("single scattering", {});
     length.judge("l_d", {});
     // What every draw has alike, that skin is no dipole and no slab, is in the deviations too.

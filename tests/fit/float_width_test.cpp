@@ -115,8 +115,8 @@ TEST(FloatWidth, OfTheDipoleTheMultipoleAndTheTableOfAlpha) {
 // In lanes of eight, with divisions taken together: what every pixel is fitted with.
 TEST(FloatWidth, OfTheResponseToTheLeds) {
   const LightStage stage = even_stage();
-  const Image3 position(64, 64, Vec3(0, 0, 0)), to_camera(64, 64, Vec3(0, 0, 1));
-  const LightVisibility visibility(position, to_camera, stage, {0, 0, 1000});
+  const Surroundings around;
+  const LightVisibility visibility(around);
   const LedField field(stage, visibility);
   const SkinModel skin = skin_of(0.3);
   Difference lobe("lobe under the LEDs"), single("single scattering under the LEDs");

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "fit/light_visibility.h"
 #include "fit/occlusion.h"
 #include "fit/synthetic_rig.h"
 
@@ -74,13 +73,10 @@ TEST(Surroundings, NodesAreAsFarApartAsTheFaceAsksForNotThePixels) {
   camera.translation_mm = {0, 0, 1000};
   camera.fx = camera.fy = 4000;  // pixels of 0.25 mm
   EXPECT_EQ(Surroundings::step_for(camera), 6);
-  EXPECT_EQ(LightVisibility::step_for(camera), 8);
   camera.fx = camera.fy = 16000;
   EXPECT_EQ(Surroundings::step_for(camera), 24);
-  EXPECT_EQ(LightVisibility::step_for(camera), 32);
   camera.fx = camera.fy = 1000;
   EXPECT_EQ(Surroundings::step_for(camera), 6);
-  EXPECT_EQ(LightVisibility::step_for(camera), 8);
 }
 
 // One node whose LEDs with x > 0 are hidden by something black or something that shines.

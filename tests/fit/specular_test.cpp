@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include "fit/led_response.h"
-#include "fit/light_visibility.h"
 #include "fit/lobe_fit.h"
 #include "fit/non_negative.h"
 #include "fit/synthetic_sphere.h"
@@ -131,11 +130,12 @@ TEST(Specular, ARegionWithTooFewPixelsBorrowsTheLobeOfTheFaceAndSaysSo) {
 
 TEST(LedResponse, IsTheSumOfEquations1And3OverTheLeds) {
   const LightStage stage = even_stage();
-  Image3 position(64, 64, Vec3(0, 0, 0)), to_camera(64, 64, Vec3(0, 0, 1));
+  Image3 position(64, 64);
   for (int y = 0; y < 64; ++y) {
     for (int x = 0; x < 64; ++x) position(y, x) = Vec3(float(x), float(-y), 0);
   }
-  const LightVisibility visibility(position, to_camera, stage, {0, 0, 1000});
+  const Surroundings around = surroundings_of(position, Image3(64, 64, Vec3(0, 0, 1)), stage);
+  const LightVisibility visibility(around);
   const LedField field(stage, visibility);
   const Vec3 n = unit(Vec3(0.2f, 0.1f, 1.f)), v = unit(Vec3(0.1f, 0.f, 1.f));
   const SkinModel skin{gaussian_lobe(0.3), model::TransmittanceTable(), 0.65f};
@@ -156,25 +156,6 @@ TEST(LedResponse, IsTheSumOfEquations1And3OverTheLeds) {
     EXPECT_NEAR(response.lobe, lobe, 0.02 * lobe);
     EXPECT_NEAR(response.single, single, 0.02 * single);
   }
-}
-
-TEST(LightVisibility, AWallHidesTheLightsBehindItAndNoOthers) {
-  const LightStage stage({{unit(Vec3(1, 0, 0.2f)), 0, {1, 1, 1}},
-                          {unit(Vec3(-1, 0, 0.2f)), 0, {1, 1, 1}},
-                          {Vec3(0, 0, 1), 0, {1, 1, 1}}});
-  Image3 position(128, 128), to_camera(128, 128, Vec3(0, 0, 1));
-  for (int y = 0; y < 128; ++y) {
-    for (int x = 0; x < 128; ++x) {
-      // Flat, then a steep slope up from x = 80: a wall 64 mm high.
-      const float height = x < 80 ? 0.f : std::min(64.f, 2.f * float(x - 80));
-      position(y, x) = Vec3(float(x), float(-y), height);
-    }
-  }
-  const LightVisibility visibility(position, to_camera, stage, {0, 0, 1000});
-  EXPECT_EQ(visibility.share(64, 72, 0), 0.f);
-  EXPECT_EQ(visibility.share(64, 72, 1), 1.f);
-  EXPECT_EQ(visibility.share(64, 72, 2), 1.f);
-  EXPECT_EQ(visibility.share(64, 72, visibility.projector()), 1.f);
 }
 
 TEST(MixtureTable, BetweenItsEntriesIsBeckmannsLobe) {

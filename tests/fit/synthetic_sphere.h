@@ -177,6 +177,14 @@ class SpherePhotographer {
   std::normal_distribution<float> normal_;
 };
 
+// What hides the lights from every sixth pixel of a surface.
+inline Surroundings surroundings_of(const Image3& position_mm, const Image3& normal,
+                                    const LightStage& stage) {
+  Surroundings around = place_nodes(position_mm, stage);
+  look_around(position_mm, normal, stage, {0, 0, 1000}, &around);
+  return around;
+}
+
 // Burst holds a pointer to its session: set again wherever the sphere has come to rest.
 inline void settle(SyntheticSphere* sphere) { sphere->burst.session = &sphere->session; }
 
