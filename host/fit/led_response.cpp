@@ -45,7 +45,8 @@ void make_room(size_t count, LedCell* cell) {
 
 void see_from_camera(const Vec3& to_camera, LedCell* cell) {
   for (size_t i = 0; i < cell->x.size(); ++i) {
-    cell->l_v[i] = cell->x[i] * to_camera[0] + cell->y[i] * to_camera[1] + cell->z[i] * to_camera[2];
+    cell->l_v[i] =
+        cell->x[i] * to_camera[0] + cell->y[i] * to_camera[1] + cell->z[i] * to_camera[2];
     const float v_h = std::sqrt(std::max(1e-6f, 0.5f + 0.5f * cell->l_v[i]));
     cell->per_v_h[i] = 1.f / v_h;
     cell->fresnel[i] = model::fresnel_reflectance(v_h);

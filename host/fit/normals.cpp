@@ -242,8 +242,8 @@ Normals estimate_normals(const Burst& burst, Geometry* geometry) {
                            occlusion};
   Image3 normal_at_nodes = filled<Image3>(size, nowhere);
   invert_nodes(field, &normal_at_nodes);
-  look_around(geometry->scene_mm, normal_at_nodes, stage,
-              burst.session->projector.centre_mm(), &around);
+  look_around(geometry->scene_mm, normal_at_nodes, stage, burst.session->projector.centre_mm(),
+              &around);
   const auto look_at_shadows = [&](int round) {
     if (round > 0) invert_nodes(field, &normal_at_nodes);
     occlusion = occlusion_at_nodes(around, stage, geometry->position_mm, normal_at_nodes, moments);

@@ -12,9 +12,10 @@ namespace lamella::fit {
 
 namespace {
 
-constexpr double kNodesMm = 1.5;              // between nodes; of the mesh: half of that
-constexpr float kLongestEdgeMm = 80.f;        // of a quad of the mesh; longer is a silhouette
-constexpr float kSurroundingsLiftMm = 0.15f;  // more loses the shadows of creases, as of closed lips
+constexpr double kNodesMm = 1.5;        // between nodes; of the mesh: half of that
+constexpr float kLongestEdgeMm = 80.f;  // of a quad of the mesh; longer is a silhouette
+constexpr float kSurroundingsLiftMm =
+    0.15f;  // more loses the shadows of creases, as of closed lips
 constexpr float kSurroundingsFarMm = 5000.f;
 constexpr int kDirections = 8192;
 
