@@ -296,10 +296,6 @@ void set_regions(const Session& session, Burst* burst) {
 
 Image3 polarized(const AnalyserPair& pair) { return difference(pair.parallel, pair.cross); }
 
-float NoiseModel::variance(float radiance) const {
-  return float(read_variance + photon_variance_per_unit * double(std::max(0.f, radiance)));
-}
-
 Burst linearise(const Session& session, const TriangleMesh* mesh, Photographs read) {
   const ShapeFrom shape = mesh ? ShapeFrom::kMesh : ShapeFrom::kFringes;
   require_burst(session, shape);

@@ -3,6 +3,7 @@
 // leaks into stripes and dots goes where the geometry is known (pattern_extinction.h).
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <string>
 #include <vector>
@@ -29,7 +30,9 @@ Image3 polarized(const AnalyserPair& pair);
 struct NoiseModel {
   double read_variance = 0;             // radiance^2, quantisation included
   double photon_variance_per_unit = 0;  // radiance: variance = read + this * radiance
-  float variance(float radiance) const;
+  float variance(float radiance) const {
+    return float(read_variance + photon_variance_per_unit * double(std::max(0.f, radiance)));
+  }
 };
 
 struct Burst {

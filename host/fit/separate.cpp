@@ -52,6 +52,7 @@ class Stripes {
     shift_turns_ = float(patterns.stripe_shift_px / patterns.stripe_period_px);
     const double facing = 1 / projector.pixel_mm();
     offset_turns_ = filled<Image1>(burst.regions.size(), 0.f);
+    find_measured();
     for (size_t k = 0; k < 4; ++k) {
       projector_px_[k] = moved_projector_px(geometry.projector_px, burst.stripes_place[k]);
     }
@@ -60,10 +61,7 @@ class Stripes {
 
   double highest_cycles_per_mm() const { return highest_cycles_per_mm_; }
 
-  bool measured(int y, int x) const {
-    return burst_.regions(y, x) && is_finite(geometry_.position_mm(y, x)) &&
-           is_finite(normals_.diffuse[1](y, x)) && is_finite(geometry_.projector_px(y, x)[0]);
-  }
+  bool measured(int y, int x) const { return measured_(y, x) != 0; }
 
   // As they lie on skin that faces the camera.
   StripeBlocks blocks() const {
@@ -131,14 +129,15 @@ class Stripes {
     const float prior = 1 / (kSwingSpread * kSwingSpread);
     float top = shape.swing(row) * prior, bottom = prior, noise = 0;
     if (lit > kShadow && has_whole_stripes(burst_, y, x)) {
+      const RelativeLight relative(burst_.projector_noise, lit);
       for (size_t k = 0; k < 4; ++k) {
         const int column = place[int(k) + 1];
         const float g = shape.at(row, column);
         const float value = burst_.stripes[k](y, x)[channel];
         const float off_phase = kPhaseError_turns * shape.slope(row, column);
-        const float variance = relative_noise(value, lit);
+        const float variance = relative.variance(value);
         const float weight = 1 / (variance + kModelVariance + off_phase * off_phase);
-        top += weight * g * (value / lit - 0.5f);
+        top += weight * g * relative.swing(value);
         bottom += weight * g * g;
         noise += weight * weight * g * g * variance;
       }
@@ -182,9 +181,31 @@ class Stripes {
     return sum;
   }
 
-  float relative_noise(float value, float lit) const {
-    return (burst_.projector_noise.variance(value) + 0.25f * burst_.projector_noise.variance(lit)) /
-           (lit * lit);
+  // Of a stripes' sample over FRONT's light there.
+  class RelativeLight {
+   public:
+    RelativeLight(const NoiseModel& noise, float lit)
+        : noise_(noise), per_lit_(1 / lit), lit_variance_(0.25f * noise.variance(lit)) {}
+
+    float swing(float value) const { return value * per_lit_ - 0.5f; }
+    float variance(float value) const {
+      return (noise_.variance(value) + lit_variance_) * (per_lit_ * per_lit_);
+    }
+
+   private:
+    const NoiseModel& noise_;
+    float per_lit_, lit_variance_;
+  };
+
+  void find_measured() {
+    measured_ = Mask(burst_.regions.size());
+    parallel_for(measured_.rows, [&](int y) {
+      for (int x = 0; x < measured_.cols; ++x) {
+        measured_(y, x) = burst_.regions(y, x) && is_finite(geometry_.position_mm(y, x)) &&
+                          is_finite(normals_.diffuse[1](y, x)) &&
+                          is_finite(geometry_.projector_px(y, x)[0]);
+      }
+    });
   }
 
   void add_pixel(int y, int x, std::vector<BinsPerChannel>* bins) const {
@@ -193,10 +214,11 @@ class Stripes {
     for (int c = 0; c < 3; ++c) {
       const float lit = burst_.front_lit(y, x)[c];
       if (lit < 10 * kShadow) continue;
+      const RelativeLight relative(burst_.projector_noise, lit);
       for (size_t k = 0; k < 4; ++k) {
         const float value = burst_.stripes[k](y, x)[c];
-        of_region[size_t(c)].add(place[0], place[int(k) + 1], value / lit - 0.5f,
-                                 1 / (relative_noise(value, lit) + kModelVariance));
+        of_region[size_t(c)].add(place[0], place[int(k) + 1], relative.swing(value),
+                                 1 / (relative.variance(value) + kModelVariance));
       }
     }
   }
@@ -206,6 +228,7 @@ class Stripes {
   const Normals& normals_;
   float period_px_, shift_turns_;
   std::array<Image2, 4> projector_px_;  // of every pattern
+  Mask measured_;
   cv::Mat_<Place> places_;
   Image1 offset_turns_;  // white stripe's middle against where the geometry has it
   double highest_cycles_per_mm_;
