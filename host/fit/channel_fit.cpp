@@ -37,52 +37,6 @@ ChannelKernels channel_kernels(const std::vector<const KernelEquations*>& dots,
   return kernels;
 }
 
-LayeredProfile fit_layers_of(const ChannelTails& tails, const KnownSkin& known) {
-  return fit_layered_profile(tails.kernels.all, tails.all, known.shallow, known.thickness_mm);
-}
-
-LayeredProfile refine_layers(const ExponentialMixture& kernel, const DeepProfile& deep,
-                             const KnownSkin& known, const LayeredProfile& near) {
-  return refine_layered_profile(kernel, deep, known.shallow, known.thickness_mm, near);
-}
-
-// The profile's own deviations say how far rings may be wrong at one place; how far dots differ on
-// which place that is, profiles without a group of them say; and what a blur that is not exactly
-// known does.
-void widen_layers(const ChannelTails& tails, const KnownSkin& known, LayeredProfile* layers) {
-  std::vector<double> alpha_dot, shallow_alpha, shallow_ld_mm;
-  for (size_t g = 0; g < tails.without_group.size(); ++g) {
-    const LayeredProfile rest =
-        refine_layers(tails.kernels.without_group[g], tails.without_group[g], known, *layers);
-    alpha_dot.push_back(rest.alpha_dot);
-    shallow_alpha.push_back(rest.shallow_alpha);
-    shallow_ld_mm.push_back(rest.shallow_ld_mm);
-  }
-  LayeredProfile of_dots;
-  of_dots.alpha_dot = jackknife_stddev(alpha_dot);
-  of_dots.shallow_alpha = jackknife_stddev(shallow_alpha);
-  of_dots.shallow_ld_mm = jackknife_stddev(shallow_ld_mm);
-  const LayeredProfile blurred =
-      refine_layers(tails.kernels.more_blurred, tails.more_blurred, known, *layers);
-  LayeredProfile of_blur;
-  of_blur.alpha_dot = blurred.alpha_dot - layers->alpha_dot;
-  of_blur.shallow_alpha = blurred.shallow_alpha - layers->shallow_alpha;
-  of_blur.shallow_ld_mm = blurred.shallow_ld_mm - layers->shallow_ld_mm;
-  widen(of_dots, layers);
-  widen(of_blur, layers);
-}
-
-LayerContest contest_of(const std::vector<const KernelEquations*>& dots, double ld_mm,
-                        const KnownSkin& known, double footprint_mm) {
-  LayeredKernel given;
-  given.deep_ld_mm = ld_mm;
-  given.shallow_share = known.shallow.share;
-  given.thickness_mm = known.thickness_mm;
-  const LayeredKernel both =
-      fit_layered_kernel(WeightEquations(sum_of(dots), kOffsetSigma), given, footprint_mm);
-  return contest_layers(dots, both, kOffsetSigma, footprint_mm);
-}
-
 }  // namespace
 
 PatternBlur pattern_blur(const Session& session, const std::vector<RegionEquations>& regions) {
@@ -94,8 +48,7 @@ PatternBlur pattern_blur(const Session& session, const std::vector<RegionEquatio
   }
   const double expected_mm = footprint_mm(session.left, session.projector);
   const double blur_mm = shared_blur_mm(kernels, kOffsetSigma, expected_mm);
-  return {expected_mm, blurred_exponentials(blur_mm),
-          blurred_exponentials((1 + kBlurDoubt) * blur_mm)};
+  return {blur_mm, blurred_exponentials(blur_mm), blurred_exponentials((1 + kBlurDoubt) * blur_mm)};
 }
 
 ChannelTails fit_tails(const std::vector<const KernelEquations*>& dots, const SkinPrior& prior,
@@ -128,11 +81,39 @@ void lean_on_each_other(const std::vector<ChannelTails*>& tails) {
   }
 }
 
-ChannelFit fit_channel(const std::vector<const KernelEquations*>& dots, const ChannelTails& tails,
-                       const KnownSkin& known, const PatternBlur& blur) {
-  LayeredProfile layers = fit_layers_of(tails, known);
-  widen_layers(tails, known, &layers);
-  return {tails.all, layers, contest_of(dots, tails.all.ld_mm, known, blur.expected_mm)};
+void widen_layers(const ChannelTails& tails, const ShallowLight& shallow, LayeredProfile* layers) {
+  const auto refine = [&](const ExponentialMixture& kernel, const DeepProfile& deep) {
+    return refine_layered_profile(kernel, deep, shallow, *layers);
+  };
+  std::vector<double> alpha_dot, shallow_alpha, shallow_ld_mm;
+  for (size_t g = 0; g < tails.without_group.size(); ++g) {
+    const LayeredProfile rest = refine(tails.kernels.without_group[g], tails.without_group[g]);
+    alpha_dot.push_back(rest.alpha_dot);
+    shallow_alpha.push_back(rest.shallow_alpha);
+    shallow_ld_mm.push_back(rest.shallow_ld_mm);
+  }
+  LayeredProfile of_dots;
+  of_dots.alpha_dot = jackknife_stddev(alpha_dot);
+  of_dots.shallow_alpha = jackknife_stddev(shallow_alpha);
+  of_dots.shallow_ld_mm = jackknife_stddev(shallow_ld_mm);
+  const LayeredProfile blurred = refine(tails.kernels.more_blurred, tails.more_blurred);
+  LayeredProfile of_blur;
+  of_blur.alpha_dot = blurred.alpha_dot - layers->alpha_dot;
+  of_blur.shallow_alpha = blurred.shallow_alpha - layers->shallow_alpha;
+  of_blur.shallow_ld_mm = blurred.shallow_ld_mm - layers->shallow_ld_mm;
+  widen(of_dots, layers);
+  widen(of_blur, layers);
+}
+
+LayerContest contest_of(const std::vector<const KernelEquations*>& dots, double ld_mm,
+                        double shallow_share, const PatternBlur& blur) {
+  LayeredKernel given;
+  given.deep_ld_mm = ld_mm;
+  given.shallow_share = shallow_share;
+  given.thickness_mm = kSlabs_mm[0];
+  const LayeredKernel both =
+      fit_layered_kernel(WeightEquations(sum_of(dots), kOffsetSigma), given, blur.agreed_mm);
+  return contest_layers(dots, both, kOffsetSigma, blur.agreed_mm);
 }
 
 }  // namespace lamella::fit

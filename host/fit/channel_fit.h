@@ -12,9 +12,8 @@ namespace lamella::fit {
 
 // What camera and projector blur.
 struct PatternBlur {
-  double expected_mm = 0;  // by their pixels
-  cv::Mat1d agreed,
-      doubted;  // blurred exponentials: by what all kernels agree on, by one sigma more
+  double agreed_mm = 0;       // one sigma, what all kernels agree on
+  cv::Mat1d agreed, doubted;  // blurred exponentials: by that, by one sigma of it more
 };
 
 PatternBlur pattern_blur(const Session& session, const std::vector<RegionEquations>& regions);
@@ -23,7 +22,6 @@ PatternBlur pattern_blur(const Session& session, const std::vector<RegionEquatio
 struct KnownSkin {
   SkinPrior prior;
   ShallowLight shallow;
-  double thickness_mm;
 };
 
 // Kernels of a channel: of all its dots, and what they might as well be.
@@ -47,13 +45,11 @@ ChannelTails fit_tails(const std::vector<const KernelEquations*>& dots, const Sk
 // `tails`: of one channel, one a region.
 void lean_on_each_other(const std::vector<ChannelTails*>& tails);
 
-struct ChannelFit {
-  DeepProfile deep;
-  LayeredProfile layers;
-  LayerContest contest;
-};
+// Adds what other dots and another blur would make of the layers to their deviations.
+void widen_layers(const ChannelTails& tails, const ShallowLight& shallow, LayeredProfile* layers);
 
-ChannelFit fit_channel(const std::vector<const KernelEquations*>& dots, const ChannelTails& tails,
-                       const KnownSkin& known, const PatternBlur& blur);
+// Both layers against one dipole, the tail's l_d being `ld_mm`.
+LayerContest contest_of(const std::vector<const KernelEquations*>& dots, double ld_mm,
+                        double shallow_share, const PatternBlur& blur);
 
 }  // namespace lamella::fit

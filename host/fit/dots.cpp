@@ -48,9 +48,8 @@ void add_bound(const std::string& at_bound, size_t channel, std::string* why, Do
   *doubt = Doubt::kAtBound;
 }
 
-void put_channel(const ChannelFit& fit, size_t c, RegionScattering* region) {
-  const DeepProfile& deep = fit.deep;
-  const LayeredProfile& layers = fit.layers;
+void put_channel(const DeepProfile& deep, const LayeredProfile& layers, size_t c,
+                 RegionScattering* region) {
   region->ld_mm[c] = deep.ld_mm;
   region->ld_mm_stddev[c] = deep.ld_mm_stddev;
   region->deep_rms[c] = layers.deep_rms;
@@ -249,8 +248,7 @@ std::vector<RegionData> measure_regions(const Burst& burst, const Separation& se
     parallel_for(3, [&](int channel) {
       const auto c = size_t(channel);
       const double reflectance = shallow[c].share > 0 ? shallow[c].albedo / shallow[c].share : 0;
-      region.known[c] = {
-          {kDermisTransport_mm[c], reflectance}, shallow[c], RegionScattering().thickness_mm};
+      region.known[c] = {{kDermisTransport_mm[c], reflectance}, shallow[c]};
       region.tails[c] = fit_tails(own[c], region.known[c].prior, blur);
     });
   });
@@ -261,18 +259,23 @@ void fit_region(LayerUse use, const RegionData& data, const PatternBlur& blur,
                 RegionScattering* region) {
   region->dots = int((*data.dots)[1].size());
   region->deep_fitted = region->shallow_fitted = true;
-  std::array<ChannelFit, 3> fits;
-  parallel_for(3, [&](int channel) {
-    const auto c = size_t(channel);
-    fits[c] = fit_channel((*data.dots)[c], data.tails[c], data.known[c], blur);
-  });
+  std::array<SlabProfiles, 3> slabs;
   std::array<LayerContest, 3> contests;
   std::array<ShallowLight, 3> shallow;
-  for (size_t c = 0; c < 3; ++c) {
-    put_channel(fits[c], c, region);
-    contests[c] = fits[c].contest;
+  parallel_for(3, [&](int channel) {
+    const auto c = size_t(channel);
+    const ChannelTails& tails = data.tails[c];
     shallow[c] = data.known[c].shallow;
-  }
+    slabs[c] = fit_layered_profiles(tails.kernels.all, tails.all, shallow[c]);
+    contests[c] = contest_of((*data.dots)[c], tails.all.ld_mm, shallow[c].share, blur);
+  });
+  const size_t slab = best_slab(slabs);
+  region->thickness_mm = kSlabs_mm[slab];
+  parallel_for(3, [&](int channel) {
+    const auto c = size_t(channel);
+    widen_layers(data.tails[c], shallow[c], &slabs[c][slab]);
+  });
+  for (size_t c = 0; c < 3; ++c) put_channel(data.tails[c].all, slabs[c][slab], c, region);
   choose_layers(use, contests, shallow, region);
 }
 

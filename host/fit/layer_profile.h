@@ -2,6 +2,7 @@
 // multipole that completes it.
 #pragma once
 
+#include <array>
 #include <string>
 
 #include "fit/gaussian_basis.h"
@@ -27,7 +28,13 @@ struct SkinPrior {
 // nearest dipole is no dermis's.
 DeepProfile fit_deep_profile(const RadialProfile& kernel, const SkinPrior& prior);
 
+// Slabs that the shallow layer may be, mm: the paper's (sec. 4.2), and those in which what stripes
+// call shallow spreads further, as it does in light skin: all that comes back within their width.
+inline constexpr std::array<double, 3> kSlabs_mm{0.5, 1, 2};
+
 struct LayeredProfile {
+  double thickness_mm = kSlabs_mm[0];
+  double cost = 0;  // half the squared residuals, in units of the kernel's error
   double alpha_dot = 0, alpha_dot_stddev = 0;
   double shallow_alpha = 0, shallow_alpha_stddev = 0;
   double shallow_ld_mm = 0, shallow_ld_mm_stddev = 0;
@@ -45,9 +52,13 @@ struct ShallowLight {
 
 // Deep dipole of mean free path `ld_mm` and shallow multipole together, to the whole kernel. Their
 // integrals are in the proportion that the stripes measured, and the multipole's is about the
-// albedo that these did (sec. 4.2).
-LayeredProfile fit_layered_profile(const RadialProfile& kernel, const DeepProfile& deep,
-                                   const ShallowLight& shallow, double thickness_mm);
+// albedo that these did (sec. 4.2). One for each of kSlabs_mm.
+using SlabProfiles = std::array<LayeredProfile, kSlabs_mm.size()>;
+SlabProfiles fit_layered_profiles(const RadialProfile& kernel, const DeepProfile& deep,
+                                  const ShallowLight& shallow);
+
+// Which of kSlabs_mm explains the kernels of all channels best: skin has one thickness.
+size_t best_slab(const std::array<SlabProfiles, 3>& channels);
 
 // Adds deviations, the figures of `by`, to those of `profile`.
 void widen(const LayeredProfile& by, LayeredProfile* profile);
@@ -55,7 +66,6 @@ void widen(const LayeredProfile& by, LayeredProfile* profile);
 // The same from a solution that is near, of the figures alone: of most of the dots, say, from that
 // of all.
 LayeredProfile refine_layered_profile(const RadialProfile& kernel, const DeepProfile& deep,
-                                      const ShallowLight& shallow, double thickness_mm,
-                                      const LayeredProfile& near);
+                                      const ShallowLight& shallow, const LayeredProfile& near);
 
 }  // namespace lamella::fit

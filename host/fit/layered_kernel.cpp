@@ -20,8 +20,9 @@ constexpr double kNearest_mm = 0.01, kFurthest_mm = 16;
 constexpr double kProjectionRidge = 1e-7;   // of the trace
 constexpr double kLeastEigenvalue = 1e-12;  // of the largest: below it nothing was measured
 constexpr double kBlur_px = 0.43;  // one sigma of a box, 0.29, and of what lenses blur, 0.32
-// A shallow layer is hardly wider: where pixels blur more, what they hide is not to be had back.
-constexpr double kMostBlur_mm = 0.2;
+// Where pixels are coarser, what they hide of the shallow layer is not to be had back: noise would
+// be taken for it.
+constexpr double kMostBlur_mm = 0.25;
 constexpr double kLdFactor = 2;  // either way from the tail's
 
 // OpenCV's, not Eigen's: these cost the compiler most of a minute there.

@@ -157,7 +157,7 @@ TEST_F(HardCase, AMirroredFaceOfOtherColoursIsTheSameFaceMirrored) {
   EXPECT_LT(difference(normal, whole->maps.normal_specular, 0.5), 0.01);
   EXPECT_LT(difference(deep, whole->maps.deep_albedo, 0.5), 0.02);
   // Red's and blue's lengths go by what dermis scatters in either: no skin is as this one.
-  EXPECT_LT(difference(ld_mm, whole->maps.deep_ld_mm, 0.5), 0.15);
+  EXPECT_LT(difference(ld_mm, whole->maps.deep_ld_mm, 0.5), 0.2);
   Image1 green_ld_mm, whole_green_ld_mm;
   cv::extractChannel(ld_mm, green_ld_mm, 1);
   cv::extractChannel(whole->maps.deep_ld_mm, whole_green_ld_mm, 1);

@@ -2,6 +2,7 @@
 
 #include "fit/dot_pattern.h"
 #include "fit/layer_profile.h"
+#include "fit/layered_kernel.h"
 #include "fit/scattering.h"
 #include "lit_plane.h"
 #include "model/multipole.h"
@@ -159,10 +160,41 @@ RadialProfile profile_of(const GaussianBasis::Weights& kernel) {
   return [kernel](double r_mm) { return GaussianBasis::profile(kernel, r_mm); };
 }
 
+// A kernel's tail at 1 to 8 mm in equal steps of its logarithm, by a Monte Carlo walk of photons
+// through two layers, and the dipole nearest to it where its reflectance is known.
+struct WalkedTail {
+  double reflectance, nearest_ld_mm;
+  std::array<double, 12> per_mm2;
+
+  double operator()(double r_mm) const {
+    const double at = std::clamp(std::log(r_mm) / std::log(8.0), 0.0, 1.0) * 11;
+    const auto i = std::min<size_t>(size_t(at), 10);
+    const double t = at - double(i);
+    return std::pow(per_mm2[i], 1 - t) * std::pow(per_mm2[i + 1], t);
+  }
+};
+
+// Failure: rings that are wrong together, taken for so many witnesses, outvote dermis's transport
+// and the reflectance: 14 % too long under much melanin, 28 % too short in skin with hardly any.
+TEST(DeepProfile, IsTheNearestDipolesThoughNoDipoleFollowsTheTail) {
+  const WalkedTail dark{0.128,
+                        1.335,
+                        {0.0488, 0.0333, 0.0219, 0.0136, 0.00812, 0.00459, 0.00236, 0.00119,
+                         0.000537, 0.000211, 8.04e-5, 2.97e-5}};
+  const WalkedTail light{0.642,
+                         3.850,
+                         {0.0519, 0.0378, 0.0270, 0.0188, 0.0127, 0.00814, 0.00502, 0.00294,
+                          0.00165, 0.000863, 0.000413, 0.000194}};
+  for (const WalkedTail& skin : {dark, light}) {
+    const DeepProfile deep = fit_deep_profile(skin, {0.38, skin.reflectance});
+    EXPECT_NEAR(deep.ld_mm, skin.nearest_ld_mm, 0.06 * skin.nearest_ld_mm);
+  }
+}
+
 TEST(LayeredProfile, DeepAndShallowTogetherIntegrateToTheKernel) {
   const GaussianBasis::Weights kernel = exponential_kernel(0.8);
   const DeepProfile deep = fit_deep_profile(profile_of(kernel), {});
-  const LayeredProfile layers = fit_layered_profile(profile_of(kernel), deep, {0.5, 0.2}, 0.5);
+  const LayeredProfile layers = fit_layered_profiles(profile_of(kernel), deep, {0.5, 0.2})[0];
   EXPECT_TRUE(layers.shallow_fitted) << layers.shallow_why;
   EXPECT_GT(layers.shallow_alpha, 0);
   EXPECT_LT(layers.shallow_alpha, 1);
@@ -185,15 +217,15 @@ TEST(LayeredProfile, SaysWhichFigureStandsAtItsBound) {
   const GaussianBasis::Weights kernel = exponential_kernel(0.8);
   const DeepProfile deep = fit_deep_profile(profile_of(kernel), {});
   EXPECT_EQ(deep.at_bound, "");
-  const LayeredProfile even = fit_layered_profile(profile_of(kernel), deep, {0.5, 0.2}, 0.5);
+  const LayeredProfile even = fit_layered_profiles(profile_of(kernel), deep, {0.5, 0.2})[0];
   EXPECT_EQ(even.deep_at_bound, "");
   EXPECT_EQ(even.shallow_at_bound, "");
   const LayeredProfile little_shallow =
-      fit_layered_profile(profile_of(kernel), deep, {0.2, 0.2}, 0.5);
+      fit_layered_profiles(profile_of(kernel), deep, {0.2, 0.2})[0];
   ASSERT_NEAR(little_shallow.shallow_ld_mm, 0.1, 1e-5);
   EXPECT_EQ(little_shallow.deep_at_bound, "");
   EXPECT_EQ(little_shallow.shallow_at_bound, "l_d, 0.1 mm");
-  const LayeredProfile little_deep = fit_layered_profile(profile_of(kernel), deep, {0.9, 0.2}, 0.5);
+  const LayeredProfile little_deep = fit_layered_profiles(profile_of(kernel), deep, {0.9, 0.2})[0];
   ASSERT_NEAR(little_deep.alpha_dot, 0.02, 1e-5);
   EXPECT_EQ(little_deep.deep_at_bound, "alpha_dot, 0.02");
   EXPECT_EQ(little_deep.shallow_at_bound, "");
@@ -201,10 +233,44 @@ TEST(LayeredProfile, SaysWhichFigureStandsAtItsBound) {
 
 TEST(LayeredProfile, ShallowLayerThatTheStripesDoNotSeeIsDroppedWithAReason) {
   const GaussianBasis::Weights kernel = exponential_kernel(0.8);
-  const LayeredProfile layers = fit_layered_profile(
-      profile_of(kernel), fit_deep_profile(profile_of(kernel), {}), {0.001, 0.001}, 0.5);
+  const LayeredProfile layers = fit_layered_profiles(
+      profile_of(kernel), fit_deep_profile(profile_of(kernel), {}), {0.001, 0.001})[0];
   EXPECT_FALSE(layers.shallow_fitted);
   EXPECT_FALSE(layers.shallow_why.empty());
+}
+
+// Of light as skin has it: dermis's beside a slab's.
+SlabProfiles profiles_of_slab(double thickness_mm) {
+  const LayeredKernel skin{.deep_s = 0.4,
+                           .deep_ld_mm = 1.2,
+                           .shallow_s = 0.25,
+                           .shallow_ld_mm = 1.3,
+                           .shallow_share = 0.5,
+                           .thickness_mm = thickness_mm};
+  const model::Multipole<double> slab{model::alpha_from_s(skin.shallow_s), skin.shallow_ld_mm,
+                                      thickness_mm};
+  DeepProfile deep;
+  deep.ld_mm = skin.deep_ld_mm;
+  deep.transport_mm = skin.deep_s * skin.deep_ld_mm;
+  return fit_layered_profiles(skin, deep, {skin.shallow_share, model::multipole_total(slab)});
+}
+
+// Failure: light skin, whose shallow light spreads a millimetre and more, has a kernel that is a
+// tenth off at every place.
+TEST(LayeredProfile, TheSlabIsTheOneWhoseLightSpreadsAsTheKernelShows) {
+  for (size_t i = 0; i < kSlabs_mm.size(); ++i) {
+    const SlabProfiles skin = profiles_of_slab(kSlabs_mm[i]);
+    EXPECT_EQ(best_slab({skin, skin, skin}), i) << kSlabs_mm[i] << " mm";
+    EXPECT_EQ(skin[i].thickness_mm, kSlabs_mm[i]);
+    EXPECT_NEAR(skin[i].shallow_ld_mm, 1.3, 0.05);
+  }
+}
+
+TEST(LayeredProfile, OneChannelThatIsOfAnotherMindDoesNotOutvoteTheOthers) {
+  const SlabProfiles thin = profiles_of_slab(0.5), thick = profiles_of_slab(2);
+  EXPECT_EQ(best_slab({thin, thin, thin}), 0u);
+  EXPECT_EQ(best_slab({thick, thick, thick}), 2u);
+  EXPECT_EQ(best_slab({thin, thick, thin}), 0u);
 }
 
 TEST(Kernel, WeightsAreNotNegativeAndSumToOne) {

@@ -70,7 +70,7 @@ TEST(LayeredKernel, TheFootprintGrowsWithThePixelsAsFarAsItCanBeTakenOut) {
   coarser.fx = coarser.fy = 1000;
   EXPECT_NEAR(footprint_mm(camera, camera), 0.43 * std::sqrt(2) * 0.1, 1e-9);
   EXPECT_NEAR(footprint_mm(coarse, coarse), 2 * footprint_mm(camera, camera), 1e-9);
-  EXPECT_EQ(footprint_mm(coarser, coarser), 0.2);
+  EXPECT_EQ(footprint_mm(coarser, coarser), 0.25);
 }
 
 }  // namespace
