@@ -11,7 +11,10 @@
 #include <opencv2/core.hpp>
 #include <opencv2/core/hal/hal.hpp>
 #include <opencv2/core/hal/intrin.hpp>
+#include <span>
 #include <stdexcept>
+
+#include "io/exr_runs.h"
 
 namespace lamella {
 
@@ -153,13 +156,22 @@ class Chunks {
       return;
     }
     differences_.resize(bytes);
-    size_t got = 0;
-    const libdeflate_result result = libdeflate_zlib_decompress(
-        decompressor_.get(), packed, size_t(packed_bytes), differences_.data(), bytes, &got);
-    if (result != LIBDEFLATE_SUCCESS || got != bytes) {
+    if (!unpack({reinterpret_cast<const uint8_t*>(packed), size_t(packed_bytes)})) {
       throw std::runtime_error("line " + std::to_string(y) + " cannot be decompressed");
     }
     undo_differences(bytes);
+  }
+
+  // To the size that `differences_` has.
+  bool unpack(std::span<const uint8_t> packed) {
+    if (file_.header().compression() == Imf::RLE_COMPRESSION) {
+      return unpack_runs(packed.data(), packed.size(), &differences_);
+    }
+    size_t got = 0;
+    return libdeflate_zlib_decompress(decompressor_.get(), packed.data(), packed.size(),
+                                      differences_.data(), differences_.size(),
+                                      &got) == LIBDEFLATE_SUCCESS &&
+           got == differences_.size();
   }
 
   // Even bytes come first, then odd ones, in one row of differences whose first is from 0. Both
@@ -234,7 +246,10 @@ bool read_zip_planes(Imf::InputFile* file, const std::vector<ExrPlane>& planes,
                      const ExrPart& part) {
   const Imf::Header& header = file->header();
   const Imf::Compression compression = header.compression();
-  if (compression != Imf::ZIP_COMPRESSION && compression != Imf::ZIPS_COMPRESSION) return false;
+  if (compression != Imf::ZIP_COMPRESSION && compression != Imf::ZIPS_COMPRESSION &&
+      compression != Imf::RLE_COMPRESSION) {
+    return false;
+  }
   if (header.hasTileDescription()) return false;
   std::vector<Stored> stored = stored_channels(header, planes);
   if (stored.empty()) return false;

@@ -1,5 +1,5 @@
-// Pixels of ZIP-compressed scanline files, decompressed by libdeflate: half of the time of reading
-// a burst went into zlib, which OpenEXR 3.1 uses itself.
+// Pixels of scanline files that ZIP or run lengths compress, decompressed by libdeflate: half of
+// the time of reading a burst went into zlib, which OpenEXR 3.1 uses itself.
 #pragma once
 
 #include <OpenEXR/ImfInputFile.h>

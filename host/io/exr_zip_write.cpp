@@ -11,12 +11,13 @@
 #include <utility>
 
 #include "base/parallel.h"
+#include "io/exr_runs.h"
 
 namespace lamella {
 
 namespace {
 
-constexpr int kLines = 16;  // of a chunk: what ZIP_COMPRESSION means
+constexpr int kZipLines = 16;  // of a chunk: what ZIP_COMPRESSION means; of RLE_COMPRESSION it is 1
 // Of libdeflate. Level 4 packs the maps of a fit of the twin's head 4 % smaller (12.31 MB,
 // not 12.81) in 2 % more time (1.90 s the whole fit, not 1.86).
 constexpr int kLevel = 1;
@@ -32,21 +33,26 @@ class ChunkPacker {
         area_(around.window.area),
         around_(around.value),
         sources_(sources),
-        is_half_(stored == PixelType::kHalf),
+        is_half_(stored != PixelType::kFloat),
+        in_runs_(stored == PixelType::kHalfInRuns),
         line_bytes_(size_t(width_) * (is_half_ ? 2 : 4) * sources.size()) {}
+
+  int lines() const { return in_runs_ ? 1 : kZipLines; }  // of a chunk
 
   // Most of the lines that a subject does not reach are of one kind.
   bool is_empty(int first) const {
-    return first + kLines <= height_ && (first + kLines <= area_.y || first >= area_.br().y);
+    const int end = first + lines();
+    return end <= height_ && (end <= area_.y || first >= area_.br().y);
   }
 
   // What the file holds of the lines from `first` on.
   Bytes packed(int first) const {
-    const int lines = std::min(kLines, height_ - first);
-    Bytes pixels(line_bytes_ * size_t(lines));
-    for (int i = 0; i < lines; ++i) pack_line(first + i, pixels.data() + line_bytes_ * size_t(i));
-    Bytes smaller = compressed(differences(pixels));
-    return smaller.empty() ? pixels : smaller;
+    const int count = std::min(lines(), height_ - first);
+    Bytes pixels(line_bytes_ * size_t(count));
+    for (int i = 0; i < count; ++i) pack_line(first + i, pixels.data() + line_bytes_ * size_t(i));
+    const Bytes apart = differences(pixels);
+    Bytes smaller = in_runs_ ? packed_runs(apart) : compressed(apart);
+    return smaller.empty() || smaller.size() >= pixels.size() ? pixels : smaller;
   }
 
  private:
@@ -107,7 +113,7 @@ class ChunkPacker {
   cv::Rect area_;
   float around_;
   const std::vector<ExrSource>& sources_;
-  bool is_half_;
+  bool is_half_, in_runs_;
   size_t line_bytes_;
 };
 
@@ -136,9 +142,10 @@ class ChunkFile {
   void write_header(cv::Size size, const std::vector<ExrSource>& sources, PixelType stored) {
     int part = 0;
     require(exr_add_part(context_, nullptr, EXR_STORAGE_SCANLINE, &part));
-    require(exr_initialize_required_attr_simple(context_, part, size.width, size.height,
-                                                EXR_COMPRESSION_ZIP));
-    const exr_pixel_type_t type = stored == PixelType::kHalf ? EXR_PIXEL_HALF : EXR_PIXEL_FLOAT;
+    require(exr_initialize_required_attr_simple(
+        context_, part, size.width, size.height,
+        stored == PixelType::kHalfInRuns ? EXR_COMPRESSION_RLE : EXR_COMPRESSION_ZIP));
+    const exr_pixel_type_t type = stored == PixelType::kFloat ? EXR_PIXEL_FLOAT : EXR_PIXEL_HALF;
     for (const ExrSource& s : sources) {
       require(exr_add_channel(context_, part, s.name.c_str(), type, EXR_PERCEPTUALLY_LOGARITHMIC, 1,
                               1));
@@ -171,16 +178,20 @@ std::string exr_zip(const ExrSurroundings& around, std::vector<ExrSource> source
   const cv::Size size = around.window.whole;
   std::sort(sources.begin(), sources.end(),
             [](const ExrSource& a, const ExrSource& b) { return a.name < b.name; });
-  std::vector<Bytes> chunks(size_t((size.height + kLines - 1) / kLines));
   const ChunkPacker packer(around, sources, stored);
-  parallel_for(int(chunks.size()), [&](int i) {
-    if (!packer.is_empty(i * kLines)) chunks[size_t(i)] = packer.packed(i * kLines);
-  });
+  const int lines = packer.lines();
+  std::vector<Bytes> chunks(size_t((size.height + lines - 1) / lines));
+  parallel_for(
+      int(chunks.size()),
+      [&](int i) {
+        if (!packer.is_empty(i * lines)) chunks[size_t(i)] = packer.packed(i * lines);
+      },
+      kZipLines / lines);
   Bytes empty;
   ChunkFile out;
   out.write_header(size, sources, stored);
   for (size_t i = 0; i < chunks.size(); ++i) {
-    const int first = int(i) * kLines;
+    const int first = int(i) * lines;
     if (chunks[i].empty() && empty.empty()) empty = packer.packed(first);
     out.write_chunk(first, chunks[i].empty() ? empty : chunks[i]);
   }

@@ -1,4 +1,4 @@
-// ZIP-compressed scanline files to be written: libdeflate compresses faster than zlib, which
+// Compressed scanline files to be written: libdeflate compresses faster than zlib, which
 // OpenEXR 3.1 uses itself, and chunks are compressed on all processors. The same pixels give the
 // same bytes, which ISA-L, faster still, does not keep to.
 #pragma once
@@ -11,7 +11,9 @@
 
 namespace lamella {
 
-enum class PixelType { kHalf, kFloat };
+// ZIP but for the last: run lengths, for what is noise within and one value around. That takes a
+// third of the time, and 1.4 times the bytes.
+enum class PixelType { kHalf, kFloat, kHalfInRuns };
 
 // Where the floats of one channel are.
 struct ExrSource {

@@ -15,8 +15,8 @@ namespace lamella {
 namespace {
 
 // Name of the file, the member, whether its channels are X Y Z (else R G B), and how it is stored.
-// A half resolves one part in 2000, below any map's own error, and packs four times as fast; only a
-// position needs more.
+// A half resolves one part in 2000, below any map's own error; only a position needs more. Its last
+// digits are noise, which ZIP packs little better than run lengths do.
 struct Map3 {
   const char* name;
   Image3 LayerMaps::*member;
@@ -26,13 +26,13 @@ struct Map3 {
 
 constexpr Map3 kMaps3[] = {
     {"position", &LayerMaps::position_mm, true, PixelType::kFloat},
-    {"normal_specular", &LayerMaps::normal_specular, true, PixelType::kHalf},
-    {"single_albedo", &LayerMaps::single_albedo, false, PixelType::kHalf},
-    {"total_albedo", &LayerMaps::total_albedo, false, PixelType::kHalf},
-    {"shallow_albedo", &LayerMaps::shallow_albedo, false, PixelType::kHalf},
-    {"deep_albedo", &LayerMaps::deep_albedo, false, PixelType::kHalf},
-    {"deep_alpha", &LayerMaps::deep_alpha, false, PixelType::kHalf},
-    {"deep_ld", &LayerMaps::deep_ld_mm, false, PixelType::kHalf},
+    {"normal_specular", &LayerMaps::normal_specular, true, PixelType::kHalfInRuns},
+    {"single_albedo", &LayerMaps::single_albedo, false, PixelType::kHalfInRuns},
+    {"total_albedo", &LayerMaps::total_albedo, false, PixelType::kHalfInRuns},
+    {"shallow_albedo", &LayerMaps::shallow_albedo, false, PixelType::kHalfInRuns},
+    {"deep_albedo", &LayerMaps::deep_albedo, false, PixelType::kHalfInRuns},
+    {"deep_alpha", &LayerMaps::deep_alpha, false, PixelType::kHalfInRuns},
+    {"deep_ld", &LayerMaps::deep_ld_mm, false, PixelType::kHalfInRuns},
 };
 
 std::vector<std::string> diffuse_channels() {
@@ -65,7 +65,7 @@ void write_normal_diffuse(const fs::path& file, const LayerMaps& maps) {
     cv::split(maps.normal_diffuse[c], xyz);
     for (int a = 0; a < 3; ++a) channels.emplace_back(names[3 * c + a], xyz[a]);
   }
-  write_exr(file, channels, PixelType::kHalf, around(maps));
+  write_exr(file, channels, PixelType::kHalfInRuns, around(maps));
 }
 
 // Digits that mean nothing cost time to compress and room on the disk.
@@ -216,7 +216,7 @@ void write_layer_maps(const fs::path& folder, const LayerMaps& maps) {
   }
   if (!maps.specular_intensity.empty()) {
     jobs.push_back([&] {
-      write_exr(at("specular_intensity"), {{"Y", maps.specular_intensity}}, PixelType::kHalf,
+      write_exr(at("specular_intensity"), {{"Y", maps.specular_intensity}}, PixelType::kHalfInRuns,
                 around(maps));
     });
   }

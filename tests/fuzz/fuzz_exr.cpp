@@ -10,32 +10,36 @@ namespace {
 
 constexpr int kMostPixels = 1 << 16;
 
-// A small whole file, which mutations start from.
-const std::string& seed() {
-  static const std::string bytes = [] {
-    std::string name = "/tmp/lamella-fuzz-XXXXXX";
-    const int fd = mkstemp(name.data());
-    lamella::write_exr_rgb(name, lamella::Image3(9, 7, lamella::Vec3(0.5f, 1, 2)),
-                           lamella::PixelType::kHalf);
-    std::string text(std::filesystem::file_size(name), '\0');
-    const int whole = open(name.c_str(), O_RDONLY);
-    if (read(whole, text.data(), text.size()) != ssize_t(text.size())) std::abort();
-    close(whole);
-    close(fd);
-    std::filesystem::remove(name);
-    return text;
-  }();
-  return bytes;
+std::string whole_file(lamella::PixelType type) {
+  std::string name = "/tmp/lamella-fuzz-XXXXXX";
+  const int fd = mkstemp(name.data());
+  lamella::write_exr_rgb(name, lamella::Image3(9, 7, lamella::Vec3(0.5f, 1, 2)), type);
+  std::string text(std::filesystem::file_size(name), '\0');
+  const int whole = open(name.c_str(), O_RDONLY);
+  if (read(whole, text.data(), text.size()) != ssize_t(text.size())) std::abort();
+  close(whole);
+  close(fd);
+  std::filesystem::remove(name);
+  return text;
+}
+
+// Small whole files, which mutations start from, of every compression that is unpacked here.
+const std::string& seed(unsigned which) {
+  static const std::string zip = whole_file(lamella::PixelType::kHalf);
+  static const std::string runs = whole_file(lamella::PixelType::kHalfInRuns);
+  return which % 2 ? runs : zip;
 }
 
 }  // namespace
 
 extern "C" size_t LLVMFuzzerMutate(uint8_t* data, size_t size, size_t max_size);
 
-extern "C" size_t LLVMFuzzerCustomMutator(uint8_t* data, size_t size, size_t max_size, unsigned) {
-  if (size < 8 && max_size >= seed().size()) {
-    std::copy(seed().begin(), seed().end(), data);
-    size = seed().size();
+extern "C" size_t LLVMFuzzerCustomMutator(uint8_t* data, size_t size, size_t max_size,
+                                          unsigned number) {
+  const std::string& start = seed(number);
+  if (size < 8 && max_size >= start.size()) {
+    std::copy(start.begin(), start.end(), data);
+    size = start.size();
   }
   return LLVMFuzzerMutate(data, size, max_size);
 }

@@ -65,7 +65,9 @@ TEST(ExrZip, ReadsWhatOpenExrWroteBitForBit) {
                            Kind{Imf::ZIP_COMPRESSION, Imf::DECREASING_Y, 32, 8, false},
                            Kind{Imf::ZIPS_COMPRESSION, Imf::INCREASING_Y, 5, 1, false},
                            Kind{Imf::ZIPS_COMPRESSION, Imf::INCREASING_Y, 5, 41, true},
-                           Kind{Imf::ZIP_COMPRESSION, Imf::INCREASING_Y, 17, 41, true}}) {
+                           Kind{Imf::ZIP_COMPRESSION, Imf::INCREASING_Y, 17, 41, true},
+                           Kind{Imf::RLE_COMPRESSION, Imf::INCREASING_Y, 5, 400, false},
+                           Kind{Imf::RLE_COMPRESSION, Imf::DECREASING_Y, 5, 41, true}}) {
     const Image1 values = image(kind.rows, kind.cols, kind.is_noise);
     write(path, kind, values);
     Image1 got(values.size(), kNaN);

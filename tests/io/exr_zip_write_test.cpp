@@ -48,7 +48,7 @@ std::vector<float> read_channel(const fs::path& path, const std::string& name) {
 }
 
 float as_stored(float value, PixelType type) {
-  return type == PixelType::kHalf ? float(cv::float16_t(value)) : value;
+  return type == PixelType::kFloat ? value : float(cv::float16_t(value));
 }
 
 void expect_same_bits(float a, float b) {
@@ -64,7 +64,7 @@ TEST(ExrZipWrite, IsReadByOpenExrBitForBit) {
   const fs::path path = scratch.path() / "a.exr";
   for (const cv::Size size : {cv::Size(1, 1), cv::Size(23, 37), cv::Size(41, 16)}) {
     for (const Picture picture : {Picture::kNoise, Picture::kRamp, Picture::kUnknown}) {
-      for (const PixelType type : {PixelType::kHalf, PixelType::kFloat}) {
+      for (const PixelType type : {PixelType::kHalf, PixelType::kFloat, PixelType::kHalfInRuns}) {
         const Image3 image = picture_of(picture, size.height, size.width);
         write_exr_rgb(path, image, type);
         for (int c = 0; c < 3; ++c) {
@@ -86,15 +86,18 @@ TEST(ExrZipWrite, PutsAPartWhereItBelongsAndOneValueAround) {
   const cv::Size whole(50, 90);
   for (const cv::Rect& area : {cv::Rect(7, 35, 20, 11), cv::Rect(0, 0, 50, 16),
                                cv::Rect(30, 80, 20, 10), cv::Rect(0, 0, 50, 90)}) {
-    for (const float value : {kNaN, 0.f}) {
+    for (const auto& [value, type] : {std::pair(kNaN, PixelType::kFloat),
+                                      {0.f, PixelType::kFloat},
+                                      {kNaN, PixelType::kHalfInRuns}}) {
       const Image3 part = picture_of(Picture::kNoise, area.height, area.width);
-      write_exr_rgb(path, part, PixelType::kFloat, ExrSurroundings{{whole, area}, value});
+      write_exr_rgb(path, part, type, ExrSurroundings{{whole, area}, value});
       const std::vector<float> red = read_channel(path, "R");
       ASSERT_EQ(red.size(), size_t(whole.area()));
       for (int i = 0; i < whole.area(); ++i) {
         const cv::Point at(i % whole.width, i / whole.width);
         const bool is_inside = area.contains(at);
-        expect_same_bits(red[size_t(i)], is_inside ? part(at - area.tl())[0] : value);
+        expect_same_bits(red[size_t(i)],
+                         as_stored(is_inside ? part(at - area.tl())[0] : value, type));
       }
     }
   }
