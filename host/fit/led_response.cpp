@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <numeric>
-#include <utility>
 
 #include "model/single_scattering.h"
 #include "model/torrance_sparrow.h"
@@ -13,88 +12,111 @@ namespace {
 
 constexpr int kFacingBins = 64;
 
-// LEDs by the cosine between them and `normal`, falling: an upper bound of it, to a 32nd, and the
-// LED's number. Counted into bins, as to sort them for every cell takes as long as it saves.
-std::vector<std::pair<float, size_t>> by_facing(const std::vector<Vec3>& direction,
-                                                const Vec3& normal) {
-  std::vector<int> bin(direction.size());
+// Numbers of LEDs by the cosine between them and `normal`, falling, and an upper bound of it, to a
+// 32nd. Counted into bins, as to sort them for every cell takes as long as it saves.
+void sort_by_facing(const std::vector<SeenLed>& leds, const Vec3& normal, LedCell* cell) {
+  const auto bin_of = [&](const SeenLed& led) {
+    const float away = 0.5f * (1.f - dot(led.direction, normal));
+    return size_t(std::clamp(int(away * kFacingBins), 0, kFacingBins - 1));
+  };
   std::array<size_t, kFacingBins + 1> begin{};
-  for (size_t i = 0; i < bin.size(); ++i) {
-    const float away = 0.5f * (1.f - dot(direction[i], normal));
-    bin[i] = std::clamp(int(away * kFacingBins), 0, kFacingBins - 1);
-    ++begin[size_t(bin[i]) + 1];
-  }
+  for (const SeenLed& led : leds) ++begin[bin_of(led) + 1];
   std::partial_sum(begin.begin(), begin.end(), begin.begin());
-  std::vector<std::pair<float, size_t>> order(bin.size());
-  for (size_t i = 0; i < bin.size(); ++i) {
-    order[begin[size_t(bin[i])]++] = {1.f - 2.f * float(bin[i]) / kFacingBins, i};
+  cell->led.resize(leds.size());
+  cell->facing.resize(leds.size());
+  for (size_t number = 0; number < leds.size(); ++number) {
+    const size_t bin = bin_of(leds[number]);
+    const size_t place = begin[bin]++;
+    cell->led[place] = number;
+    cell->facing[place] = 1.f - 2.f * float(bin) / kFacingBins;
   }
-  return order;
 }
 
-// Room for `count` lights and the padding; what is there is written over.
+size_t whole_lanes(size_t count) {
+  return (count + LedCell::kLanes - 1) / LedCell::kLanes * LedCell::kLanes;
+}
+
 void make_room(size_t count, LedCell* cell) {
-  const size_t padded = (count + LedCell::kLanes - 1) / LedCell::kLanes * LedCell::kLanes;
   for (auto* values : {&cell->x, &cell->y, &cell->z, &cell->radiance, &cell->share[0],
                        &cell->share[1], &cell->share[2], &cell->share[3], &cell->l_v,
                        &cell->per_v_h, &cell->fresnel, &cell->reached}) {
-    values->resize(padded);
+    values->resize(whole_lanes(count));
   }
-  cell->facing.resize(count);
 }
 
-void see_from_camera(const Vec3& to_camera, LedCell* cell) {
-  for (size_t i = 0; i < cell->x.size(); ++i) {
-    cell->l_v[i] =
-        cell->x[i] * to_camera[0] + cell->y[i] * to_camera[1] + cell->z[i] * to_camera[2];
-    const float v_h = std::sqrt(std::max(1e-6f, 0.5f + 0.5f * cell->l_v[i]));
-    cell->per_v_h[i] = 1.f / v_h;
-    cell->fresnel[i] = model::fresnel_reflectance(v_h);
+// Of one register of lights.
+void see_from_camera(size_t first, LedCell* cell) {
+  const Vec3& v = cell->point.to_camera;
+  std::array<float, LedCell::kLanes> l_v, per_v_h, fresnel;
+  for (size_t k = 0; k < LedCell::kLanes; ++k) {
+    const size_t i = first + k;
+    l_v[k] = cell->x[i] * v[0] + cell->y[i] * v[1] + cell->z[i] * v[2];
+    const float v_h = std::sqrt(std::max(1e-6f, 0.5f + 0.5f * l_v[k]));
+    per_v_h[k] = 1.f / v_h;
+    fresnel[k] = model::fresnel_reflectance(v_h);
   }
+  std::copy(l_v.begin(), l_v.end(), &cell->l_v[first]);
+  std::copy(per_v_h.begin(), per_v_h.end(), &cell->per_v_h[first]);
+  std::copy(fresnel.begin(), fresnel.end(), &cell->fresnel[first]);
 }
 
 }  // namespace
 
+LedField::LedField(const LightStage& stage, const LightVisibility& visibility)
+    : stage_(stage), visibility_(visibility) {
+  const std::vector<Led>& leds = stage.leds();
+  const bool all_far =
+      std::all_of(leds.begin(), leds.end(), [](const Led& led) { return led.distance_mm <= 0; });
+  if (all_far) far_ = seen_from({0, 0, 0});
+}
+
+std::vector<SeenLed> LedField::seen_from(const Vec3& x_mm) const {
+  std::vector<SeenLed> seen(stage_.leds().size());
+  for (size_t i = 0; i < seen.size(); ++i) {
+    seen[i] = {stage_.direction_from(i, x_mm), mean(stage_.irradiance(i, x_mm))};
+  }
+  return seen;
+}
+
 void LedField::enter_cell(int y, int x, const SurfacePoint& point, LedCell* cell) const {
-  const LightVisibility::Corners corners = visibility_.corners(y, x);
-  const size_t count = stage_.leds().size();
-  make_room(count, cell);
-  std::vector<Vec3> direction(count);
-  for (size_t led = 0; led < count; ++led) {
-    direction[led] = stage_.direction_from(led, point.position_mm);
+  cell->point = point;
+  cell->corners = visibility_.corners(y, x);
+  if (far_.empty()) cell->near = seen_from(point.position_mm);
+  make_room(stage_.leds().size(), cell);
+  sort_by_facing(far_.empty() ? cell->near : far_, point.normal, cell);
+  cell->known = cell->open = 0;
+}
+
+// `count`: whole lanes.
+void LedField::know(size_t count, LedCell* cell) const {
+  const std::vector<SeenLed>& leds = far_.empty() ? cell->near : far_;
+  for (size_t i = cell->known; i < count; ++i) {
+    const size_t number = cell->led[std::min(i, leds.size() - 1)];
+    const SeenLed& led = leds[number];
+    cell->x[i] = led.direction[0];
+    cell->y[i] = led.direction[1];
+    cell->z[i] = led.direction[2];
+    cell->radiance[i] = cell->reached[i] = i < leds.size() ? led.radiance : 0.f;
+    const std::array<float, 4> reaches = visibility_.reaches(cell->corners, number);
+    for (size_t k = 0; k < 4; ++k) cell->share[k][i] = reaches[k];
+    const bool open = reaches[0] + reaches[1] + reaches[2] + reaches[3] == 4;
+    if (open && cell->open == i) ++cell->open;
   }
-  const auto order = by_facing(direction, point.normal);
-  cell->normal = point.normal;
-  size_t first_hidden = cell->x.size();
-  for (size_t i = 0; i < cell->x.size(); ++i) {
-    const auto [facing, led] = order[std::min(i, count - 1)];
-    cell->x[i] = direction[led][0];
-    cell->y[i] = direction[led][1];
-    cell->z[i] = direction[led][2];
-    cell->radiance[i] = i < count ? mean(stage_.irradiance(led, point.position_mm)) : 0.f;
-    if (i < count) cell->facing[i] = facing;
-    const std::array<float, 4> reaches = visibility_.reaches(corners, led);
-    for (size_t k = 0; k < 4; ++k) {
-      cell->share[k][i] = reaches[k];
-      if (reaches[k] < 1) first_hidden = std::min(first_hidden, i);
-    }
-  }
-  cell->open = first_hidden / LedCell::kLanes * LedCell::kLanes;
-  see_from_camera(point.to_camera, cell);
-  cell->reached = cell->radiance;
+  for (size_t i = cell->known; i < count; i += LedCell::kLanes) see_from_camera(i, cell);
+  cell->known = count;
 }
 
 void LedField::enter_pixel(int y, int x, const Vec3& n, LedCell* cell) const {
   // n.l is at most |n - n'| more than n'.l: behind these no light is above the horizon.
-  const float least = kLedHorizon - length(n - cell->normal);
+  const float least = kLedHorizon - length(n - cell->point.normal);
   const auto end = std::partition_point(cell->facing.begin(), cell->facing.end(),
                                         [&](float facing) { return facing > least; });
-  const auto above = size_t(end - cell->facing.begin());
-  cell->used = (above + LedCell::kLanes - 1) / LedCell::kLanes * LedCell::kLanes;
+  cell->used = whole_lanes(size_t(end - cell->facing.begin()));
+  if (cell->used > cell->known) know(cell->used, cell);
   const std::array<float, 4> w = visibility_.weights(y, x);
   const float* share[4] = {cell->share[0].data(), cell->share[1].data(), cell->share[2].data(),
                            cell->share[3].data()};
-  for (size_t i = cell->open; i < cell->used; ++i) {
+  for (size_t i = cell->open / LedCell::kLanes * LedCell::kLanes; i < cell->used; ++i) {
     cell->reached[i] = cell->radiance[i] * (w[0] * share[0][i] + w[1] * share[1][i] +
                                             w[2] * share[2][i] + w[3] * share[3][i]);
   }
@@ -110,7 +132,8 @@ using CellLanes = std::array<float, kCellLanes>;
 #if defined(__GNUC__) && !defined(__clang__)
 __attribute__((noinline, optimize("no-tree-vectorize")))
 #endif
-void look_up(const SkinModel& skin, const CellLanes& n_h, const CellLanes& n_l, CellLanes* p, CellLanes* rho) {
+void look_up(const SkinModel& skin, const CellLanes& n_h, const CellLanes& n_l, CellLanes* p,
+             CellLanes* rho) {
   for (size_t k = 0; k < kCellLanes; ++k) {
     (*p)[k] = skin.lobe.density(n_h[k]);
     (*rho)[k] = skin.transmittance(n_l[k]);

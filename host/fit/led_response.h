@@ -11,22 +11,11 @@
 
 namespace lamella::fit {
 
-// The LEDs as the surface sees them within one cell of LightVisibility::step_px() pixels squared,
-// as separate arrays, padded with lights of no strength to a whole number of vector registers.
-// Those that the surface faces most come first.
-struct LedCell {
-  static constexpr size_t kLanes = 8;
-  Vec3 normal;                              // of one pixel of the cell
-  std::vector<float> facing;                // upper bound of its cosine to the light, falling
-  std::vector<float> x, y, z;               // unit, towards the light
-  std::vector<float> radiance;              // of white facing it, mean of the channels
-  std::array<std::vector<float>, 4> share;  // of it that reaches each corner
-  size_t open = 0;                          // so many of the first, in whole lanes, reach them all
-  // From light and camera alone, which hardly turn within a cell: l.v, 1/(v.h), Fresnel at v.h.
-  std::vector<float> l_v, per_v_h, fresnel;
-  // At the pixel entered last: radiance x share, of as many lights as may be above its horizon.
-  std::vector<float> reached;
-  size_t used = 0;
+// An LED from where it is seen: unit direction, and radiance of white facing it, mean of the
+// channels.
+struct SeenLed {
+  Vec3 direction;
+  float radiance = 0;
 };
 
 // A point of the surface, with unit vectors.
@@ -34,10 +23,32 @@ struct SurfacePoint {
   Vec3 position_mm, normal, to_camera;
 };
 
+// The LEDs as the surface sees them within one cell of LightVisibility::step_px() pixels squared,
+// as separate arrays, padded with lights of no strength to a whole number of vector registers.
+// Those that the surface faces most come first.
+struct LedCell {
+  static constexpr size_t kLanes = 8;
+  SurfacePoint point;  // of one pixel of the cell
+  LightVisibility::Corners corners{};
+  std::vector<SeenLed> near;  // by number; of LEDs that have a distance
+  std::vector<size_t> led;    // numbers, by the upper bound of their cosine to the normal
+  std::vector<float> facing;  // which is this, falling
+  // Of as many lights as any pixel entered yet has above its horizon.
+  size_t known = 0;
+  std::vector<float> x, y, z;               // unit, towards the light
+  std::vector<float> radiance;              // of white facing it, mean of the channels
+  std::array<std::vector<float>, 4> share;  // of it that reaches each corner
+  size_t open = 0;                          // so many of the first reach them all
+  // From light and camera alone, which hardly turn within a cell: l.v, 1/(v.h), Fresnel at v.h.
+  std::vector<float> l_v, per_v_h, fresnel;
+  // At the pixel entered last: radiance x share, of as many lights as may be above its horizon.
+  std::vector<float> reached;
+  size_t used = 0;
+};
+
 class LedField {
  public:
-  LedField(const LightStage& stage, const LightVisibility& visibility)
-      : stage_(stage), visibility_(visibility) {}
+  LedField(const LightStage& stage, const LightVisibility& visibility);
 
   // The cell that pixel (x, y) is in, as it is seen there.
   void enter_cell(int y, int x, const SurfacePoint& point, LedCell* cell) const;
@@ -46,8 +57,12 @@ class LedField {
   void enter_pixel(int y, int x, const Vec3& n, LedCell* cell) const;
 
  private:
+  std::vector<SeenLed> seen_from(const Vec3& x_mm) const;
+  void know(size_t count, LedCell* cell) const;
+
   const LightStage& stage_;
   const LightVisibility& visibility_;
+  std::vector<SeenLed> far_;  // by number; none where an LED has a distance
 };
 
 struct LedResponse {

@@ -19,22 +19,6 @@ std::array<float, 4> LightVisibility::weights(int y, int x) const {
   return {(1 - fy) * (1 - fx), (1 - fy) * fx, fy * (1 - fx), fy * fx};
 }
 
-std::array<float, 4> LightVisibility::reaches(const Corners& corners, size_t led) const {
-  std::array<float, 4> reaches{};
-  float sum = 0, nodes = 0;
-  for (size_t k = 0; k < 4; ++k) {
-    if (corners[k] < 0) continue;
-    reaches[k] = around_.at(size_t(corners[k]), led) == Surroundings::kFree ? 1.f : 0.f;
-    sum += reaches[k];
-    ++nodes;
-  }
-  const float others = nodes > 0 ? sum / nodes : 1.f;
-  for (size_t k = 0; k < 4; ++k) {
-    if (corners[k] < 0) reaches[k] = others;
-  }
-  return reaches;
-}
-
 float LightVisibility::projector_share(int y, int x) const {
   const Corners at = corners(y, x);
   const std::array<float, 4> weight = weights(y, x);

@@ -60,13 +60,12 @@ struct Sampler {
     s->led_single = led.single;
     const float n_v = dot(n, v);
     for (size_t i = 0; i < cell.used; ++i) {
-      const Vec3 l(cell.x[i], cell.y[i], cell.z[i]);
-      const float n_l = dot(n, l);
+      const float n_l = cell.x[i] * n[0] + cell.y[i] * n[1] + cell.z[i] * n[2];
       if (n_l <= kLedHorizon || cell.reached[i] <= 0) continue;
-      const Vec3 h = unit(l + v);
-      const float n_h = dot(n, h), v_h = dot(v, h);
-      const float weight = kPi * cell.reached[i] * model::fresnel_reflectance(v_h) *
-                           model::v_groove(n_h, n_v, n_l, v_h) / n_v;
+      // v_groove() written out, with 1/(v.h) as the cell has it.
+      const float n_h = 0.5f * (n_l + n_v) * cell.per_v_h[i];
+      const float groove = std::min(1.f, 2.f * n_h * std::min(n_v, n_l) * cell.per_v_h[i]);
+      const float weight = kPi / n_v * cell.reached[i] * cell.fresnel[i] * groove;
       const MixtureTable::Values members = mixture(n_h);
       for (size_t j = 0; j < kWidths; ++j) s->led_lobe[j] += weight * members[j];
     }

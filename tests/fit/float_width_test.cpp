@@ -127,7 +127,7 @@ TEST(FloatWidth, OfTheResponseToTheLeds) {
     field.enter_cell(32, 32, {{0, 0, 0}, n, v}, &cell);
     field.enter_pixel(32, 32, n, &cell);
     double exact_lobes = 0, exact_singles = 0;
-    for (size_t i = 0; i < cell.reached.size(); ++i) {
+    for (size_t i = 0; i < cell.used; ++i) {
       const Vec3 l(cell.x[i], cell.y[i], cell.z[i]);
       if (dot(n, l) <= kLedHorizon || cell.reached[i] <= 0) continue;
       const double light = M_PI * double(cell.reached[i]);
