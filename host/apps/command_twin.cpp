@@ -75,8 +75,16 @@ void check(const TwinArguments& a) {
   }
 }
 
-void begin_folder(const fs::path& place, const char* marker, std::optional<WholeFolder>* folder) {
+// What a twin makes it makes again; photographs and fits it does not. `marker`: what such a folder
+// holds, `own`: what only a twin's does.
+void begin_folder(const fs::path& place, const char* marker, const char* own,
+                  std::optional<WholeFolder>* folder) {
   if (place.empty()) return;
+  if (fs::exists(place / marker) && !fs::exists(place / own)) {
+    throw_bad_input(place.string(),
+                    fmt::format("holds {} and no {}, so no twin made it", marker, own),
+                    "choose another place, or remove it yourself");
+  }
   clear_half_written_beside(place);
   folder->emplace(place, marker);
 }
@@ -127,8 +135,8 @@ void run_twin(const TwinArguments& a) {
   }
   // Places that cannot be are refused before the long work.
   std::optional<WholeFolder> session, truth;
-  begin_folder(a.out, "session.json", &session);
-  begin_folder(a.truth_out, "layers.json", &truth);
+  begin_folder(a.out, "session.json", "truth", &session);
+  begin_folder(a.truth_out, "layers.json", "kernels.npz", &truth);
   if (!a.calibration_out.empty()) {
     require_file_place(a.calibration_out);
     clear_half_written_beside(a.calibration_out);

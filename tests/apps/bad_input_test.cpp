@@ -241,6 +241,17 @@ TEST_F(Command, NeverLetsTheTwinReplaceAFolderThatIsNoSession) {
           {"letters", "not replaced"});
 }
 
+TEST_F(Command, NeverLetsTheTwinReplacePhotographsOrAFitThatItCannotMakeAgain) {
+  testing::write_fake_session(at("session"));
+  fs::create_directory(at("fit"));
+  std::ofstream(at("fit/layers.json")) << "{}";
+  refused({"twin", "--subject", "sphere", "--scale", "0.1", "--out", in("session")}, 2,
+          {"session", "no truth"});
+  refused({"twin", "--subject", "sphere", "--scale", "0.1", "--truth-out", in("fit")}, 2,
+          {"fit", "no kernels.npz"});
+  EXPECT_TRUE(fs::exists(at("session/frames/left/15_front_cross.exr")));
+}
+
 TEST_F(Command, ListsTheSkinsThatTheTwinKnowsToWhoeverAsksForAnother) {
   refused({"twin", "--skin", "green", "--scale", "0.1", "--out", in("s")}, 2,
           {"--skin: \"green\"; the twin knows layered, one_layer, no_single, dark and light"});
