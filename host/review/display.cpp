@@ -37,7 +37,9 @@ std::vector<std::string> own_command_line() {
 void ensure_display() {
   if (is_set("DISPLAY") || is_set("WAYLAND_DISPLAY")) return;
   const std::string self = fs::read_symlink("/proc/self/exe").string();
-  std::vector<std::string> words{"xvfb-run", "-a", "-s", "-screen 0 64x64x24", self};
+  // A server that its last client leaves would begin anew and signal so, which xvfb-run, about to
+  // end, takes for a failure of its own: 5 instead of our exit code.
+  std::vector<std::string> words{"xvfb-run", "-a", "-s", "-screen 0 64x64x24 -noreset", self};
   const std::vector<std::string> own = own_command_line();
   words.insert(words.end(), own.begin() + 1, own.end());
   std::vector<char*> raw;

@@ -4,6 +4,7 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <cfloat>
 #include <cstdio>
 #include <opencv2/imgproc.hpp>
 
@@ -27,20 +28,32 @@ std::string times(float gain) {
   return text;
 }
 
-// "l_d 2.0  0.96  0.72 mm": mean over the regions.
-std::string free_path_note(const v1::Layers& layers) {
+// "mean free path 2.00  0.96  0.72 mm": mean over the regions that have one.
+template <class LayerOf>
+std::string free_path_note(const v1::Layers& layers, const LayerOf& layer_of, const char* none) {
   Vec3d sum(0, 0, 0);
   int n = 0;
   for (const v1::Region& r : layers.regions()) {
-    if (r.deep().ld_mm_size() != 3) continue;
-    sum += Vec3d(r.deep().ld_mm(0), r.deep().ld_mm(1), r.deep().ld_mm(2));
+    const auto& ld_mm = layer_of(r).ld_mm();
+    if (ld_mm.size() != 3) continue;
+    sum += Vec3d(ld_mm[0], ld_mm[1], ld_mm[2]);
     ++n;
   }
-  if (n == 0) return "not measured";
+  if (n == 0) return none;
   char text[96];
   std::snprintf(text, sizeof(text), "mean free path %.2f  %.2f  %.2f mm", sum[0] / n, sum[1] / n,
                 sum[2] / n);
   return text;
+}
+
+std::string deep_note(const v1::Layers& layers) {
+  return free_path_note(
+      layers, [](const v1::Region& r) -> const auto& { return r.deep(); }, "not measured");
+}
+
+std::string slab_note(const v1::Layers& layers) {
+  return free_path_note(
+      layers, [](const v1::Region& r) -> const auto& { return r.shallow(); }, "not fitted");
 }
 
 std::string lobe_note(const v1::Layers& layers) {
@@ -56,18 +69,6 @@ std::string lobe_note(const v1::Layers& layers) {
   return text;
 }
 
-// Where the layer was fitted: its slab.
-std::string slab_note(const v1::Layers& layers) {
-  for (const v1::Region& r : layers.regions()) {
-    if (r.shallow().ld_mm_size() != 3) continue;
-    char text[96];
-    std::snprintf(text, sizeof(text), "mean free path %.2f  %.2f  %.2f mm", r.shallow().ld_mm(0),
-                  r.shallow().ld_mm(1), r.shallow().ld_mm(2));
-    return text;
-  }
-  return "not fitted";
-}
-
 std::string phase_note(const v1::Layers& layers) {
   if (layers.single().g_size() != 3) return "";
   char text[64];
@@ -79,7 +80,7 @@ std::string phase_note(const v1::Layers& layers) {
 std::array<Tile, 4> tiles(const v1::Layers& layers, const Look& look) {
   const float e = look.exposure;
   const LayerGains& on = look.gains;
-  return {{{"Deep scattering", free_path_note(layers), {0, 0, 0, 1}, e * kDeepGain, on.deep > 0},
+  return {{{"Deep scattering", deep_note(layers), {0, 0, 0, 1}, e * kDeepGain, on.deep > 0},
            {"Shallow scattering " + times(kShallowGain),
             slab_note(layers),
             {0, 0, 1, 0},
@@ -143,13 +144,37 @@ void put(const Target& part, cv::Rect place, const Target& whole) {
 
 constexpr ImU32 kWhite = IM_COL32(236, 236, 232, 255), kGrey = IM_COL32(150, 151, 152, 255);
 
-void caption(const Fonts& fonts, const Tile& tile, cv::Rect at) {
+constexpr float kNoteSize = 0.82f, kLayersSize = 0.9f;  // of the text above them
+constexpr float kLeastPx = 7;  // smaller words are no words: a picture without is cleaner
+
+float width_of(ImFont* font, float px, const std::string& words) {
+  return font->CalcTextSizeA(px, FLT_MAX, 0, words.c_str()).x;
+}
+
+const std::string& note_of(const Tile& tile) {
+  static const std::string off = "off";
+  return tile.is_on ? tile.note : off;
+}
+
+// The text's own size; less where the widest words of any tile would not fit into one.
+float caption_px(const Fonts& fonts, const std::array<Tile, 4>& tiles, int width) {
+  const float px = fonts.text->FontSize;
+  float widest = 1;
+  for (const Tile& tile : tiles) {
+    widest = std::max({widest, width_of(fonts.text, px, tile.name),
+                       width_of(fonts.text, kNoteSize * px, note_of(tile))});
+  }
+  return px * std::min(1.f, float(width) / (widest + 1.4f * px));
+}
+
+void caption(const Fonts& fonts, const Tile& tile, cv::Rect at, float px) {
+  if (kNoteSize * px < kLeastPx) return;
   ImDrawList& draw = *ImGui::GetBackgroundDrawList();
-  const float px = fonts.text->FontSize, margin = 0.7f * px;
+  const float margin = 0.7f * px;
   const ImVec2 first(float(at.x) + margin, float(at.y + at.height) - 2.6f * px - 0.2f * margin);
   draw.AddText(fonts.text, px, first, tile.is_on ? kWhite : kGrey, tile.name.c_str());
-  const std::string& note = tile.is_on ? tile.note : "off";
-  draw.AddText(fonts.text, 0.82f * px, {first.x, first.y + 1.25f * px}, kGrey, note.c_str());
+  draw.AddText(fonts.text, kNoteSize * px, {first.x, first.y + 1.25f * px}, kGrey,
+               note_of(tile).c_str());
 }
 
 // "specular + deep, as fitted": the layers that are drawn.
@@ -165,13 +190,18 @@ std::string drawn_layers(const LayerGains& gains) {
   return words.empty() ? "no layer" : words + ", as fitted";
 }
 
+// Smaller where it would not fit.
 void title(const Fonts& fonts, const SheetRequest& request, cv::Rect head) {
   ImDrawList& draw = *ImGui::GetBackgroundDrawList();
-  const float px = fonts.text->FontSize;
+  const std::string layers = drawn_layers(request.look.gains);
+  const float full = fonts.text->FontSize, title_px = fonts.title->FontSize;
+  const float widest = std::max(width_of(fonts.text, kLayersSize * full, layers),
+                                width_of(fonts.title, title_px, request.subject));
+  const float size = std::min(1.f, float(head.width) / (widest + 2.8f * full)), px = size * full;
+  if (kLayersSize * px < kLeastPx) return;
   const ImVec2 first(1.4f * px, float(head.height) - 3.9f * px);
-  draw.AddText(fonts.title, fonts.title->FontSize, first, kWhite, request.subject.c_str());
-  draw.AddText(fonts.text, 0.9f * px, {first.x, first.y + 1.9f * px}, kGrey,
-               drawn_layers(request.look.gains).c_str());
+  draw.AddText(fonts.title, size * title_px, first, kWhite, request.subject.c_str());
+  draw.AddText(fonts.text, kLayersSize * px, {first.x, first.y + 1.9f * px}, kGrey, layers.c_str());
 }
 
 void draw_words(const Target& sheet, const std::function<void()>& words) {
@@ -221,7 +251,8 @@ cv::Mat3b draw_sheet(Renderer* renderer, const Fonts& fonts, const v1::Layers& l
   }
   draw_words(sheet, [&] {
     title(fonts, request, layout.head);
-    for (size_t i = 0; i < four.size(); ++i) caption(fonts, four[i], layout.tile[i]);
+    const float px = caption_px(fonts, four, first.width);
+    for (size_t i = 0; i < four.size(); ++i) caption(fonts, four[i], layout.tile[i], px);
   });
   return picture_of(sheet);
 }

@@ -172,6 +172,22 @@ TEST_F(Review, DrawsASheetOfTheSizeAskedFor) {
   EXPECT_GT(deviation[1], 10.0);
 }
 
+TEST_F(Review, KeepsTheWordsOfASmallSheetWithinTheirTiles) {
+  const auto tiles_of = [&](const std::string& subject, const LayerGains& gains) {
+    SheetRequest request{.subject = subject, .size = {480, 300}, .look = front(gains)};
+    return draw_sheet(renderer_.get(), window_->fonts(), one_region(), request)
+        .colRange(232, 480)  // the four tiles
+        .clone();
+  };
+  const cv::Mat3b plain = tiles_of("dome", {1, 1, 1, 1});
+  const cv::Mat3b named = tiles_of(std::string(60, 'm'), {1, 1, 1, 1});
+  EXPECT_EQ(cv::norm(plain, named, cv::NORM_INF), 0) << "the title runs into the tiles";
+  const cv::Mat3b without_deep = tiles_of("dome", {1, 1, 1, 0});
+  const cv::Rect shallow(126, 0, 122, 150);
+  EXPECT_EQ(cv::norm(plain(shallow), without_deep(shallow), cv::NORM_INF), 0)
+      << "the words of one tile run into the next";
+}
+
 // The shader's lobe, drawn against the angle in backscatter.
 constexpr char kProbe[] = R"(
 in vec2 uv;
