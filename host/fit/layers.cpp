@@ -11,6 +11,7 @@
 #include "calib/pattern_scale.h"
 #include "fit/binned.h"
 #include "fit/find_regions.h"
+#include "fit/fit_check.h"
 #include "fit/pattern_extinction.h"
 #include "fit/report.h"
 #include "fit/subject_window.h"
@@ -142,6 +143,7 @@ void run_steps(Step until, LayerUse use, Burst* burst, Course* course, LayeredFi
   if (until == Step::kLinearise) return;
 
   Geometry geometry = timed(course, "geometry", [&] { return reconstruct_geometry(*burst); });
+  require_surface(*burst, geometry);
   forget_fringes(burst);
   remove_pattern_extinction(geometry, burst);
   if (until == Step::kGeometry) {
@@ -150,6 +152,7 @@ void run_steps(Step until, LayerUse use, Burst* burst, Course* course, LayeredFi
     const Normals normals =
         timed(course, "normals", [&] { return estimate_normals(*burst, &geometry); });
     report_normals(normals, fit);
+    judge_surface(*burst, geometry, normals, fit);
     if (until >= Step::kRegions) {
       timed(course, "regions", [&] { return settle_regions(geometry, normals, burst); });
       report_regions(*burst, fit);
@@ -161,16 +164,23 @@ void run_steps(Step until, LayerUse use, Burst* burst, Course* course, LayeredFi
           skin = fit_skin(until, use, {*burst, geometry, normals}, course);
         },
         [&] { report_geometry(*burst, geometry, fit); });
-    forget_patterns(burst);
     report_skin(until, skin, fit);
+    if (until >= Step::kSeparate) judge_stripes(*burst->session, skin.separation, fit);
+    if (until >= Step::kScattering) {
+      judge_dots(*burst->session, look_for_dots(*burst, geometry), fit);
+    }
+    forget_patterns(burst);
     if (until >= Step::kAlbedo) {
       const Albedo albedo =
           timed(course, "albedo", [&] { return fit_albedo(*burst, geometry, normals); });
       report_albedo(albedo, fit);
       const FittedLayers fitted{geometry, normals, skin.specular, skin.separation, albedo};
-      report_rerender(timed(course, "rerender", [&] { return rerender(*burst, fitted); }), fit);
+      const auto residuals = timed(course, "rerender", [&] { return rerender(*burst, fitted); });
+      report_rerender(residuals, fit);
+      judge_rerender(residuals, fit);
     }
   }
+  judge_positions(*burst, fit);
 }
 
 // As asked, in blocks that still resolve the patterns.

@@ -15,8 +15,11 @@ constexpr float kRerenderMinCosine = 0.1f;
 // Squares of residual and photograph, summed.
 struct Sums {
   double residual = 0, photograph = 0;
+  Vec3d drawn_light{0, 0, 0}, taken_light{0, 0, 0};
 
   void add(const Vec3& drawn, const Vec3& taken) {
+    drawn_light += Vec3d(drawn);
+    taken_light += Vec3d(taken);
     const Vec3 d = drawn - taken;
     residual += double(dot(d, d));
     photograph += double(dot(taken, taken));
@@ -24,6 +27,15 @@ struct Sums {
   void add(const Sums& other) {
     residual += other.residual;
     photograph += other.photograph;
+    drawn_light += other.drawn_light;
+    taken_light += other.taken_light;
+  }
+  std::array<double, 3> off() const {
+    std::array<double, 3> share;
+    for (int c = 0; c < 3; ++c) {
+      share[size_t(c)] = taken_light[c] > 0 ? drawn_light[c] / taken_light[c] - 1 : std::nan("");
+    }
+    return share;
   }
   double relative() const {
     return photograph > 0 ? std::sqrt(residual / photograph) : std::nan("");
@@ -111,7 +123,7 @@ RerenderResiduals rerender(const Burst& burst, const FittedLayers& layers) {
   AllSums all;
   for (const AllSums& row : rows) all.add(row);
   return {all.front_parallel.relative(), all.front_cross.relative(), all.full_parallel.relative(),
-          all.full_cross.relative()};
+          all.full_cross.relative(), all.front_cross.off()};
 }
 
 }  // namespace lamella::fit

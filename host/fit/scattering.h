@@ -17,6 +17,11 @@ struct Separation {
   Image1 confidence;                   // of the shallow albedo, and of the two together
   Image1 deep_confidence;              // of what the shallow share leaves
   double closure_rms = 0;              // of shallow + deep against FRONT - BLACK, relative
+  // Both NaN where no stripe was measured. Of the squares of a pixel's four samples about the half
+  // of FRONT - BLACK, the share that no swing explains; the median.
+  double stripe_misfit = 0;
+  // 1 where the stripes lie on the surface as everywhere else, 0 where they do not know of it.
+  double stripe_coherence = 0;
 };
 
 struct RegionScattering {

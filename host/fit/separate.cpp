@@ -6,6 +6,7 @@
 #include "base/parallel.h"
 #include "calib/pattern_scale.h"
 #include "fit/diffuse_total.h"
+#include "fit/order_statistics.h"
 #include "fit/scattering.h"
 #include "fit/share_detail.h"
 #include "fit/stripe_shape.h"
@@ -33,6 +34,7 @@ constexpr float kLeastRest = 0.01f;  // of a total, as a divisor
 // Sums are gathered in as many parts, whatever processors there are, so that they are the same to
 // the last bit.
 constexpr int kParts = 16;
+constexpr int kWitnessStep = 3;  // pixels between those that are asked whether the stripes fit
 
 using BinsPerChannel = std::array<StripeBins, 3>;
 using Shapes = std::vector<std::array<StripeShape, 3>>;  // by label - 1
@@ -92,8 +94,12 @@ class Stripes {
       }
     });
     offset_turns_ = turns;
+    coherence_ = coherence_of(sums, kWitnessStep);
     find_places();
   }
+
+  // How far the stripes' phases agree that the geometry leaves: 1 where they all say the same.
+  double coherence() const { return coherence_; }
 
   std::vector<BinsPerChannel> gather() const {
     std::vector<BinsPerChannel> sum(burst_.region_names.size() - 1);
@@ -145,6 +151,26 @@ class Stripes {
     // Far below its region's: the phase is wrong, as at a silhouette, not the skin.
     if (top / bottom < kLeastOfRegion * shape.swing(row)) return {shape.swing(row), 1 / prior, 0};
     return {std::min(top / bottom, 1.f), 1 / bottom, noise / (bottom * bottom)};
+  }
+
+  // Of one pixel's four samples about the half: what of their squares the shape leaves at the swing
+  // that suits them best, and all of them; both without the noise's.
+  cv::Vec2d misfit(int y, int x, int channel, const StripeShape& shape) const {
+    const Place& place = places_(y, x);
+    const float lit = burst_.front_lit(y, x)[channel];
+    if (lit < 10 * kShadow || !has_whole_stripes(burst_, y, x)) return {0, 0};
+    const RelativeLight relative(burst_.projector_noise, lit);
+    float squares = 0, along = 0, shapes = 0, noise = 0;
+    for (size_t k = 0; k < 4; ++k) {
+      const float g = shape.at(place[0], place[int(k) + 1]);
+      const float value = burst_.stripes[k](y, x)[channel], off = relative.swing(value);
+      squares += off * off;
+      along += off * g;
+      shapes += g * g;
+      noise += relative.variance(value);
+    }
+    const float told = shapes > 0 ? along * along / shapes : 0;
+    return {squares - told - 0.75f * noise, squares - noise};
   }
 
  private:
@@ -232,6 +258,7 @@ class Stripes {
   cv::Mat_<Place> places_;
   Image1 offset_turns_;  // white stripe's middle against where the geometry has it
   double highest_cycles_per_mm_;
+  double coherence_ = 0;
 };
 
 Shapes shapes_of(const Stripes& stripes) {
@@ -266,14 +293,31 @@ double closure(const Burst& burst) {
   return sum[1] > 0 ? std::sqrt(sum[0] / sum[1]) : 0;
 }
 
+// Median over the pixels of the share of their samples' squares that no swing of the stripes
+// explains.
+double misfit_of(const Burst& burst, const Stripes& stripes, const Shapes& shapes) {
+  std::vector<float> shares;
+  for (int y = 0; y < burst.regions.rows; y += kWitnessStep) {
+    for (int x = 0; x < burst.regions.cols; x += kWitnessStep) {
+      if (!stripes.measured(y, x)) continue;
+      cv::Vec2d pixel(0, 0);
+      for (int c = 0; c < 3; ++c) {
+        pixel += stripes.misfit(y, x, c, shapes[burst.regions(y, x) - 1u][size_t(c)]);
+      }
+      if (pixel[1] > 0) shares.push_back(float(pixel[0] / pixel[1]));
+    }
+  }
+  return shares.empty() ? std::nan("") : std::max(0.f, median_of(&shares));
+}
+
 // Shares of every pixel that is measured; the mean over the channels of their variance without the
 // noise's goes to `other_variance`.
-ShareMap shares_of(const Burst& burst, const Stripes& stripes, Image1* other_variance) {
+ShareMap shares_of(const Burst& burst, const Stripes& stripes, const Shapes& shapes,
+                   Image1* other_variance) {
   const cv::Size size = burst.regions.size();
   const Vec3 nowhere(kNaN, kNaN, kNaN);
   ShareMap map{filled<Image3>(size, nowhere), filled<Image3>(size, nowhere)};
   *other_variance = filled<Image1>(size, 0.f);
-  const Shapes shapes = shapes_of(stripes);
   parallel_for(size.height, [&](int y) {
     for (int x = 0; x < size.width; ++x) {
       if (!stripes.measured(y, x)) continue;
@@ -327,7 +371,10 @@ Separation separate_layers(const Burst& burst, const Geometry& geometry, const N
   Stripes stripes(burst, geometry, normals);
   stripes.find_offset();
   Image1 other_variance;
-  ShareMap map = shares_of(burst, stripes, &other_variance);
+  const Shapes shapes = shapes_of(stripes);
+  separation.stripe_coherence = stripes.coherence();
+  separation.stripe_misfit = misfit_of(burst, stripes, shapes);
+  ShareMap map = shares_of(burst, stripes, shapes, &other_variance);
   remove_share_noise(burst.regions, int(burst.region_names.size()) - 1,
                      detail_px(burst.session->left), &map);
   const DiffuseTotal total(burst, geometry, normals);

@@ -1,9 +1,11 @@
-// The angle of a phasor, quicker than the mathematical library's: half of the time of reading
-// fringes went there.
+// How far phasors agree; and the angle of one, quicker than the mathematical library's: half of the
+// time of reading fringes went there.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
+
+#include "base/vec.h"
 
 namespace lamella::fit {
 
@@ -21,6 +23,19 @@ inline float turns_of(float sine, float cosine) {
   turns = y > x ? 0.25f - turns : turns;
   turns = cosine < 0 ? 0.5f - turns : turns;
   return std::copysign(turns, sine);
+}
+
+// Length of the sum of phasors (cosine, sine) over the sum of their lengths, of every `step`th one
+// each way: 1 where all point one way, 0 where they point anywhere; NaN where all are 0.
+inline double coherence_of(const Image2& phasors, int step) {
+  cv::Vec3d sum(0, 0, 0);
+  for (int y = 0; y < phasors.rows; y += step) {
+    for (int x = 0; x < phasors.cols; x += step) {
+      const Vec2 phasor = phasors(y, x);
+      sum += cv::Vec3d(phasor[0], phasor[1], std::hypot(phasor[0], phasor[1]));
+    }
+  }
+  return sum[2] > 0 ? std::hypot(sum[0], sum[1]) / sum[2] : std::nan("");
 }
 
 }  // namespace lamella::fit

@@ -63,9 +63,9 @@ class SpoiltSession {
   void set_regions(const Labels& labels) { write_labels(folder_ / "regions.png", labels); }
   fs::path file(const Json& frame) const { return folder_ / frame["file"]; }
 
-  fit::LayeredFit fitted() const {
+  fit::LayeredFit fitted(fit::Step until = fit::Step::kAlbedo) const {
     std::ofstream(folder_ / "session.json") << manifest;
-    fit::LayeredFit fit = fit::fit_layers(read_session(folder_), fit::Step::kAlbedo);
+    fit::LayeredFit fit = fit::fit_layers(read_session(folder_), until);
     fit.maps = testing::in_whole(std::move(fit.maps));
     return fit;
   }

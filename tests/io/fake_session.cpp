@@ -120,14 +120,16 @@ Vec3 radiance(const Scene& scene, const v1::Frame& frame, const Vec3& point_mm) 
   const Vec3 n = unit(point_mm);
   const bool leds = frame.role() <= v1::Frame::GRADIENT_Z;
   const cv::Vec2d uv = scene.projector.project(Vec3d(point_mm));
-  const Vec3 to_projector = unit(Vec3(scene.projector.centre_mm()) - point_mm);
+  const Vec3 way_mm = Vec3(scene.projector.centre_mm()) - point_mm;
+  const float falloff = float(kDistance_mm * kDistance_mm) / dot(way_mm, way_mm);
+  const float facing = std::max(0.f, dot(n, unit(way_mm)));
   Vec3 rgb;
   for (int c = 0; c < 3; ++c) {
-    const float light =
-        leds ? led_light(scene.stage, frame.role(), n)
-             : std::max(0.f, dot(n, to_projector)) * pattern_value(scene, frame, uv, c);
-    const bool parallel = frame.analyser() == v1::Frame::PARALLEL;
-    rgb[c] = light * (0.5f * kAlbedo[c] + (parallel ? kShine : 0.f));
+    const float light = leds ? led_light(scene.stage, frame.role(), n)
+                             : facing * pattern_value(scene, frame, uv, c);
+    const float diffuse = 0.5f * kAlbedo[c] * (leds ? 1.f : falloff);
+    // The shine is no surface's, and does not fall off: so a fit sees a lobe in it.
+    rgb[c] = light * (diffuse + (frame.analyser() == v1::Frame::PARALLEL ? kShine : 0.f));
   }
   return rgb;
 }

@@ -1,0 +1,95 @@
+#include "fit/dot_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "calib/pattern_scale.h"
+#include "fit/dot_pattern.h"
+#include "fit/order_statistics.h"
+
+namespace lamella::fit {
+
+namespace {
+
+constexpr float kShadowOfDots = 1e-3f;  // FRONT - BLACK below this says nothing
+constexpr double kSamplesAcross = 5;    // of a dot: more pixels are not looked at
+constexpr float kFarthest = 0.7071f;  // from a dot's centre, in periods, in its square of the grid
+constexpr int kFewestInside = 2, kFewestBetween = 4;
+// In the channel that scatters least. On light skin a dot's middle shows 0.4 of what is between.
+constexpr float kDark = 0.7f;
+
+// Of the pixels in the middle of a dot, or far from it.
+struct LightSum {
+  Vec3 dots{0, 0, 0}, lit{0, 0, 0};
+  int count = 0;
+
+  Vec3 ratio() const {
+    Vec3 r;
+    for (int c = 0; c < 3; ++c) r[c] = lit[c] > 0 ? dots[c] / lit[c] : kNaN;
+    return r;
+  }
+};
+
+struct DotLook {
+  LightSum inside, between;
+
+  bool tells() const { return inside.count >= kFewestInside && between.count >= kFewestBetween; }
+  bool is_dark() const {
+    const Vec3 in = inside.ratio(), out = between.ratio();
+    for (int c = 0; c < 3; ++c) {
+      if (in[c] < kDark * out[c]) return true;
+    }
+    return false;
+  }
+};
+
+using Looks = std::map<std::pair<int, int>, DotLook>;
+
+Looks look_at_dots(const Burst& burst, const Geometry& geometry) {
+  const Patterns& patterns = burst.session->patterns;
+  const DotPattern pattern(patterns);
+  const float radius = float(0.5 * patterns.dot_diameter_px / patterns.dot_pitch_px);
+  const Image2 projector_px = moved_projector_px(geometry.projector_px, burst.dots_place);
+  const int step = std::max(1, int(pattern_scale(*burst.session).dot_px / kSamplesAcross));
+  Looks looks;
+  for (int y = 0; y < burst.regions.rows; y += step) {
+    for (int x = 0; x < burst.regions.cols; x += step) {
+      if (!burst.regions(y, x) || !is_finite(projector_px(y, x)[0])) continue;
+      if (is_clipped(burst.clipped_projector, y, x) || is_clipped(burst.clipped_dots, y, x)) {
+        continue;
+      }
+      const Vec3& lit = burst.front_lit(y, x);
+      if (!(mean(lit) > kShadowOfDots)) continue;
+      const DotPattern::Place at = pattern.place(projector_px(y, x));
+      const float from_centre = std::hypot(at.u, at.v);
+      const bool is_inside = from_centre < radius / 2;
+      if (!is_inside && from_centre < (radius + kFarthest) / 2) continue;
+      DotLook& look = looks[{at.row, at.column}];
+      LightSum& sum = is_inside ? look.inside : look.between;
+      sum.dots += burst.dots(y, x);
+      sum.lit += lit;
+      ++sum.count;
+    }
+  }
+  return looks;
+}
+
+}  // namespace
+
+DotsSeen look_for_dots(const Burst& burst, const Geometry& geometry) {
+  DotsSeen seen;
+  std::array<std::vector<float>, 3> between;
+  for (const auto& [place, look] : look_at_dots(burst, geometry)) {
+    if (!look.tells()) continue;
+    ++seen.dots;
+    seen.dark += look.is_dark() ? 1 : 0;
+    const Vec3 ratio = look.between.ratio();
+    for (size_t c = 0; c < 3; ++c) between[c].push_back(ratio[int(c)]);
+  }
+  if (seen.dots == 0) return seen;
+  for (size_t c = 0; c < 3; ++c) seen.between[int(c)] = median_of(&between[c]);
+  return seen;
+}
+
+}  // namespace lamella::fit

@@ -1,0 +1,169 @@
+#include "fit/fit_check.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "base/error.h"
+#include "calib/pattern_scale.h"
+#include "fit/surface_check.h"
+
+namespace lamella::fit {
+
+namespace {
+
+// Where a fit found the regions itself, their rims are skin that hardly any light reaches.
+constexpr double kLeastPosition = 0.97, kLeastPositionOfFound = 0.85;
+constexpr double kMostOffSurface_deg = 6;
+constexpr double kMostStripeMisfit = 0.1;
+constexpr double kLeastCoherence = 0.9;
+constexpr double kLeastDarkDots = 0.9;
+constexpr double kLeastBetween = 0.8, kMostBetween = 1.06;
+constexpr double kMostFrontOff = 0.1, kMostLightOff = 0.05;
+constexpr std::array<const char*, 3> kChannels = {"red", "green", "blue"};
+
+void put_figure(const std::string& name, double value, LayeredFit* fit) {
+  if (std::isfinite(value)) (*fit->layers.mutable_checks())[name] = value;
+}
+
+void poor(CheckLine line, LayeredFit* fit) {
+  line.grade = Grade::kPoor;
+  fit->check.lines.push_back(std::move(line));
+}
+
+double answered_share(const Labels& regions, const Image3& map) {
+  double known = 0, asked = 0;
+  for (int y = 0; y < regions.rows; ++y) {
+    for (int x = 0; x < regions.cols; ++x) {
+      if (!regions(y, x)) continue;
+      asked += 1;
+      known += is_finite(map(y, x)) ? 1 : 0;
+    }
+  }
+  return asked > 0 ? known / asked : std::nan("");
+}
+
+}  // namespace
+
+void require_surface(const Burst& burst, const Geometry& geometry) {
+  const Mask measured = geometry.measured & (burst.regions > 0);
+  if (cv::countNonZero(measured) > 0) return;
+  throw Error(Fault::kBadInput, "not usable",
+              "positions: no labelled pixel has one: are the FRINGE photographs in order, and is "
+              "the calibration theirs?");
+}
+
+void judge_positions(const Burst& burst, LayeredFit* fit) {
+  if (burst.mesh) return;
+  const double share = answered_share(fit->maps.regions, fit->maps.position_mm);
+  const double least = burst.has_given_regions ? kLeastPosition : kLeastPositionOfFound;
+  put_figure("position_answered", share, fit);
+  if (!(share < least)) return;
+  poor(
+      {.name = "positions",
+       .text = fmt::format("known for {:.1f} % of labelled pixels, at least {:g} %: the fringes do "
+                           "not agree with the calibration, or are not seen",
+                           100 * share, 100 * least),
+       .figure = 100 * share,
+       .unit = "%",
+       .limit = 100 * least},
+      fit);
+}
+
+void judge_surface(const Burst& burst, const Geometry& geometry, const Normals& normals,
+                   LayeredFit* fit) {
+  const double off_deg = normals_off_surface_deg(burst, geometry, normals);
+  put_figure("normals_off_surface_deg", off_deg, fit);
+  if (!(off_deg > kMostOffSurface_deg)) return;
+  poor({.name = "normals against positions",
+        .text = fmt::format("{:.1f} degrees off, median, at most {:g}: the gradients do not agree "
+                            "with the fringes, or their photographs with the calibration",
+                            off_deg, kMostOffSurface_deg),
+        .figure = off_deg,
+        .unit = "degrees",
+        .limit = kMostOffSurface_deg},
+       fit);
+}
+
+void judge_stripes(const Session& session, const Separation& separation, LayeredFit* fit) {
+  if (!resolves_stripes(pattern_scale(session))) return;
+  const double misfit = separation.stripe_misfit, coherence = separation.stripe_coherence;
+  put_figure("stripe_misfit", misfit, fit);
+  put_figure("stripe_coherence", coherence, fit);
+  if (misfit > kMostStripeMisfit) {
+    poor({.name = "stripes against their pattern",
+          .text = fmt::format("{:.1f} % of their contrast, squared, is not explained, median, at "
+                              "most {:g} %: shallow and deep are not to be believed; state period "
+                              "and shift as they were",
+                              100 * misfit, 100 * kMostStripeMisfit),
+          .figure = 100 * misfit,
+          .unit = "%",
+          .limit = 100 * kMostStripeMisfit},
+         fit);
+  }
+  if (coherence < kLeastCoherence) {
+    poor({.name = "stripes against the surface",
+          .text = fmt::format("their phases agree by {:.2f}, at least {:g} of 1: shallow and deep "
+                              "are not to be believed; are STRIPES in order, and of the same "
+                              "moment as FRINGE?",
+                              coherence, kLeastCoherence),
+          .figure = coherence,
+          .unit = "",
+          .limit = kLeastCoherence},
+         fit);
+  }
+}
+
+void judge_dots(const Session& session, const DotsSeen& seen, LayeredFit* fit) {
+  if (seen.dots == 0 || !resolves_dots(pattern_scale(session))) return;
+  const double dark = double(seen.dark) / seen.dots;
+  put_figure("dots_dark", dark, fit);
+  if (dark < kLeastDarkDots) {
+    poor({.name = "dots against their pattern",
+          .text =
+              fmt::format("{} of {} are dark where the pattern has them, at least {:g} %: l_d is "
+                          "not to be believed",
+                          seen.dark, seen.dots, 100 * kLeastDarkDots),
+          .figure = 100 * dark,
+          .unit = "%",
+          .limit = 100 * kLeastDarkDots},
+         fit);
+  }
+  for (int c = 0; c < 3; ++c) {
+    const double between = double(seen.between[c]);
+    put_figure(fmt::format("between_dots_{}", kChannels[size_t(c)]), between, fit);
+    if (!(between < kLeastBetween) && !(between > kMostBetween)) continue;
+    poor({.name = "light between the dots",
+          .text = fmt::format("{} is {:.2f} of FRONT's, {:g} to {:g}: l_d is not to be believed",
+                              kChannels[size_t(c)], between, kLeastBetween, kMostBetween),
+          .figure = between,
+          .unit = "",
+          .limit = between > 1 ? kMostBetween : kLeastBetween},
+         fit);
+  }
+}
+
+void judge_rerender(const RerenderResiduals& residuals, LayeredFit* fit) {
+  const std::array<double, 3>& light = residuals.front_cross_off;
+  double most = 0;
+  for (int c = 0; c < 3; ++c) {
+    put_figure(fmt::format("rerender_front_cross_{}", kChannels[size_t(c)]), light[size_t(c)], fit);
+    most = std::max(most, std::abs(light[size_t(c)]));
+  }
+  if (!(residuals.front_cross > kMostFrontOff) && !(most > kMostLightOff)) return;
+  poor(
+      {.name = "FRONT crossed, drawn from the layers",
+       .text = fmt::format("{:.1f} % off, RMS, at most {:g} %, and by {:+.1f} {:+.1f} {:+.1f} % in "
+                           "red, green and blue, at most {:g} %: the LEDs tell of another albedo "
+                           "than the projector; state exposures and colours as they were",
+                           100 * residuals.front_cross, 100 * kMostFrontOff, 100 * light[0],
+                           100 * light[1], 100 * light[2], 100 * kMostLightOff),
+       .figure = 100 * residuals.front_cross,
+       .unit = "%",
+       .limit = 100 * kMostFrontOff},
+      fit);
+}
+
+}  // namespace lamella::fit

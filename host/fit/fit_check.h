@@ -1,0 +1,33 @@
+// What speaks against a fit without a truth to hold it against. Photographs that got each other's
+// names, exposures that are not what the manifest says, a calibration of another day: they all fit,
+// smoothly and to figures that are far off. But most of what is fitted is told twice.
+#pragma once
+
+#include "fit/dot_check.h"
+#include "fit/layers.h"
+#include "fit/rerender.h"
+
+namespace lamella::fit {
+
+// Throws Error where no labelled pixel was triangulated, or none is seen by the mesh.
+void require_surface(const Burst& burst, const Geometry& geometry);
+
+// Each of these puts its figures among the report's checks, and a line that is poor to `fit->check`
+// where one is beyond what good sessions show, of any skin and of four times the usual noise.
+
+// Share of the labelled pixels for which the maps have a position. Not of a mesh, which has a line
+// of its own.
+void judge_positions(const Burst& burst, LayeredFit* fit);
+
+// Normals against positions.
+void judge_surface(const Burst& burst, const Geometry& geometry, const Normals& normals,
+                   LayeredFit* fit);
+
+// STRIPES and DOTS against their patterns on the surface, where the camera resolves these.
+void judge_stripes(const Session& session, const Separation& separation, LayeredFit* fit);
+void judge_dots(const Session& session, const DotsSeen& seen, LayeredFit* fit);
+
+// FRONT, which the projector lights, against the albedo that the LEDs tell.
+void judge_rerender(const RerenderResiduals& residuals, LayeredFit* fit);
+
+}  // namespace lamella::fit

@@ -1,0 +1,106 @@
+// A burst whose photographs, calibration or manifest contradict each other is fitted as smoothly as
+// any other: the fit must say itself that its figures are not to be believed.
+#include <algorithm>
+
+#include "base/error.h"
+#include "end_to_end/hard_case.h"
+
+namespace lamella {
+namespace {
+
+std::vector<std::string> poor_lines(const fit::LayeredFit& fit) {
+  std::vector<std::string> names;
+  for (const CheckLine& line : fit.check.lines) {
+    if (line.grade == Grade::kPoor) names.push_back(line.name);
+  }
+  return names;
+}
+
+void expect_says(const fit::LayeredFit& fit, const std::string& name) {
+  const std::vector<std::string> names = poor_lines(fit);
+  EXPECT_NE(std::find(names.begin(), names.end(), name), names.end()) << name;
+}
+
+TEST_F(HardCase, ABurstWithoutOneIsNotDoubted) {
+  EXPECT_EQ(poor_lines(*whole), std::vector<std::string>{});
+  const auto& figure = whole->layers.checks();
+  EXPECT_GT(figure.at("position_answered"), 0.99);
+  EXPECT_LT(figure.at("normals_off_surface_deg"), 2);
+  EXPECT_LT(figure.at("stripe_misfit"), 0.02);
+  EXPECT_GT(figure.at("stripe_coherence"), 0.98);
+  EXPECT_EQ(figure.at("dots_dark"), 1);
+  for (const char* channel : {"red", "green", "blue"}) {
+    EXPECT_NEAR(figure.at(std::string("between_dots_") + channel), 1, 0.02);
+    EXPECT_NEAR(figure.at(std::string("rerender_front_cross_") + channel), 0, 0.01);
+  }
+}
+
+TEST_F(HardCase, GradientsThatGotEachOthersNamesDisagreeWithTheSurface) {
+  SpoiltSession session = spoilt();
+  for (Json& frame : session.manifest["frames"]) {
+    const bool is_x = session.is(frame, "GRADIENT_X");
+    if (is_x || session.is(frame, "GRADIENT_Y")) frame["role"] = is_x ? "GRADIENT_Y" : "GRADIENT_X";
+  }
+  expect_says(session.fitted(fit::Step::kNormals), "normals against positions");
+}
+
+TEST_F(HardCase, ACameraOfAnotherFocalLengthKnowsTooFewPositions) {
+  SpoiltSession session = spoilt();
+  for (const char* focal : {"fx", "fy"}) {
+    Json& camera = session.manifest["rig"]["cameras"][0];
+    camera[focal] = 1.05 * double(camera[focal]);
+  }
+  expect_says(session.fitted(fit::Step::kGeometry), "positions");
+}
+
+TEST_F(HardCase, FringesInAnotherOrderAreRefusedForWhatTheyAre) {
+  SpoiltSession session = spoilt();
+  for (Json& frame : session.manifest["frames"]) {
+    if (session.is(frame, "FRINGE")) frame["index"] = 3 - frame.value("index", 0);
+  }
+  try {
+    session.fitted(fit::Step::kGeometry);
+    ADD_FAILURE() << "fitted";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.fault(), Fault::kBadInput);
+    EXPECT_NE(std::string(error.what()).find("FRINGE"), std::string::npos) << error.what();
+  }
+}
+
+TEST_F(HardCase, StripesInAnotherOrderAndDotsElsewhereDisagreeWithTheSurface) {
+  SpoiltSession session = spoilt();
+  for (Json& frame : session.manifest["frames"]) {
+    if (session.is(frame, "STRIPES")) frame["index"] = 3 - frame.value("index", 0);
+  }
+  session.change_photographs([&](Json& frame, Image3* image) {
+    if (frame["camera"] != "left" || !session.is(frame, "DOTS")) return;
+    const Image3 still = image->clone();
+    still(cv::Rect(0, 0, image->cols - 5, image->rows))
+        .copyTo((*image)(cv::Rect(5, 0, image->cols - 5, image->rows)));
+  });
+  const fit::LayeredFit found = session.fitted(fit::Step::kScattering);
+  expect_says(found, "stripes against the surface");
+  expect_says(found, "dots against their pattern");
+}
+
+TEST_F(HardCase, AStripeShiftThatIsNotThePhotographsIsSeen) {
+  SpoiltSession session = spoilt();
+  session.manifest["patterns"]["stripes"]["shift_px"] = 3;
+  session.change_photographs([&](Json& frame, Image3* image) {
+    if (frame["camera"] == "left" && session.is(frame, "DOTS")) *image *= 1.3f;
+  });
+  const fit::LayeredFit found = session.fitted(fit::Step::kScattering);
+  expect_says(found, "stripes against their pattern");
+  expect_says(found, "light between the dots");
+}
+
+TEST_F(HardCase, ExposuresOfTheLedsThatAreNotWhatTheManifestSaysDisagreeWithTheProjectors) {
+  SpoiltSession session = spoilt();
+  session.change_photographs([&](Json& frame, Image3* image) {
+    if (std::string(frame["role"]).starts_with("GRADIENT")) *image *= 0.8f;
+  });
+  expect_says(session.fitted(), "FRONT crossed, drawn from the layers");
+}
+
+}  // namespace
+}  // namespace lamella
