@@ -27,9 +27,9 @@ struct ExportArguments {
 // What was asked for by name wins.
 exporting::ExportOptions options_for(const ExportArguments& a,
                                      const exporting::ViewChoice& choice) {
-  exporting::ExportOptions options = a.options;
-  if (!a.has_triangles) options.triangles = choice.triangles;
-  if (!a.has_texture_px) options.texture_side_px = choice.texture_side_px;
+  exporting::ExportOptions options = exporting::options_for_view(choice, a.options);
+  if (a.has_triangles) options.triangles = a.options.triangles;
+  if (a.has_texture_px) options.texture_side_px = a.options.texture_side_px;
   return options;
 }
 

@@ -131,4 +131,11 @@ v1::Layers kept_layers(const v1::Layers& layers, const ViewChoice& choice) {
   return kept;
 }
 
+ExportOptions options_for_view(const ViewChoice& choice, const ExportOptions& most) {
+  ExportOptions options = most;
+  options.triangles = std::min(most.triangles, choice.triangles);
+  options.texture_side_px = std::min(most.texture_side_px, choice.texture_side_px);
+  return options;
+}
+
 }  // namespace lamella::exporting

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "export/export.h"
 #include "io/layer_maps.h"
 #include "io/view.h"
 
@@ -33,5 +34,8 @@ ViewChoice choose_for_view(const LayerMaps& maps, const v1::Layers& layers, cons
 
 // The layers without those that the choice leaves out.
 v1::Layers kept_layers(const v1::Layers& layers, const ViewChoice& choice);
+
+// A view leaves out, it adds to nothing: of both what is less.
+ExportOptions options_for_view(const ViewChoice& choice, const ExportOptions& most);
 
 }  // namespace lamella::exporting

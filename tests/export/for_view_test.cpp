@@ -77,6 +77,18 @@ TEST(ForView, KeepsEveryLayerOfACloseUp) {
   }
 }
 
+TEST(ForView, NeverTakesMoreThanAnExportForNoView) {
+  ExportOptions most;
+  most.triangles = 400;
+  most.texture_side_px = 150;
+  const ViewChoice near = choose_for_view(square(), skin(), view_with(9), "view");
+  EXPECT_EQ(options_for_view(near, most).triangles, 400);
+  EXPECT_EQ(options_for_view(near, most).texture_side_px, 150);
+  const ViewChoice far = choose_for_view(square(), skin(), view_with(0.5), "view");
+  EXPECT_EQ(options_for_view(far, most).triangles, far.triangles);
+  EXPECT_LT(options_for_view(far, most).texture_side_px, 150);
+}
+
 TEST(ForView, RefusesACameraThatDoesNotSeeTheFace) {
   View away = view_with(1);
   away.camera.cam_from_rig = Mat33d::eye();
