@@ -13,8 +13,8 @@ namespace {
 
 constexpr double kLowest = 0.5, kHighest = 8;  // errors: beyond is told by an arrow
 constexpr double kLeastRange = 1.25;
-constexpr double kLetter = 6;  // mean width at the size of values
-constexpr int kValueRows = 4;
+constexpr double kLetter = 6;      // mean width at the size of values
+constexpr double kValueRise = 22;  // of the values above the axes
 constexpr double kTickRoom = 13;
 
 using Points = std::vector<const BenchPoint*>;
@@ -96,22 +96,62 @@ std::string draw_axes(const KnobAxes& p) {
                             kChartFaint, "end");
 }
 
-// A value above its seconds with a line down, on a row of its own where it would stand on others.
+struct ValueLabel {
+  const BenchPoint* point;
+  double seconds_x, x, half;  // where it belongs, where it stands, half its width
+};
+
+// In their order, none upon another, all together as near as can be to where they belong: labels
+// that touch move as one, their mean displacement none.
+void spread_out(const KnobAxes& p, std::vector<ValueLabel>* labels) {
+  struct Block {
+    size_t first, count;
+    double start;  // of its first label's middle
+  };
+  std::vector<double> offset(labels->size(), 0);  // of every middle from the first's
+  for (size_t i = 1; i < labels->size(); ++i) {
+    offset[i] = offset[i - 1] + (*labels)[i - 1].half + (*labels)[i].half;
+  }
+  std::vector<Block> blocks;
+  for (size_t i = 0; i < labels->size(); ++i) {
+    blocks.push_back({i, 1, (*labels)[i].seconds_x - offset[i]});
+    while (blocks.size() > 1 && blocks.back().start < blocks[blocks.size() - 2].start) {
+      const Block last = blocks.back();
+      blocks.pop_back();
+      Block& before = blocks.back();
+      const double count = double(before.count + last.count);
+      before.start =
+          (before.start * double(before.count) + last.start * double(last.count)) / count;
+      before.count += last.count;
+    }
+  }
+  const double least = p.left() + labels->front().half;
+  const double most = p.right() + kPanelRight - labels->back().half - offset.back();
+  for (const Block& block : blocks) {
+    for (size_t i = block.first; i < block.first + block.count; ++i) {
+      (*labels)[i].x = std::max(least, std::min(block.start, most)) + offset[i];
+    }
+  }
+}
+
+// A value above its seconds with a line down to them; beside the others where it would stand on
+// them, its line bent.
 std::string draw_values(const KnobAxes& p, const Bench& bench, const Points& points) {
-  std::string text;
-  std::array<double, kValueRows> taken;
-  taken.fill(-1e9);
+  std::vector<ValueLabel> labels;
   for (const BenchPoint* point : points) {
-    const bool is_ours = is_default(point->quality);
     const double x = p.across(bench.relative_seconds(*point));
-    const double half = 0.5 * kLetter * double(point->value.size()) + 4;
-    const auto free =
-        std::find_if(taken.begin(), taken.end() - 1, [&](double end) { return x - half > end; });
-    *free = x + half;
-    const double y = p.top() - 8 - 12 * double(free - taken.begin());
-    text += path_of(fmt::format("M{:.1f} {:.1f}V{:.1f}", x, y + 3, p.bottom()),
+    labels.push_back({point, x, x, 0.5 * kLetter * double(point->value.size()) + 4});
+  }
+  if (!labels.empty()) spread_out(p, &labels);
+  std::string text;
+  for (const ValueLabel& label : labels) {
+    const bool is_ours = is_default(label.point->quality);
+    const double y = p.top() - kValueRise;
+    text += path_of(fmt::format("M{:.1f} {:.1f}L{:.1f} {:.1f}V{:.1f}", label.x, y + 3,
+                                label.seconds_x, p.top(), p.bottom()),
                     is_ours ? kChartDefault : kChartGrid, 1, is_ours ? 0.5 : 1);
-    text += chart_label(x, y, point->value, 11, is_ours ? kChartDefault : kChartInk, "middle");
+    text += chart_label(label.x, y, label.point->value, 11, is_ours ? kChartDefault : kChartInk,
+                        "middle");
   }
   return text;
 }

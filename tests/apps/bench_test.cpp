@@ -136,6 +136,31 @@ std::string page_of(const Bench& bench) {
   return apps::bench_chart(bench, {{"bin_px", "pixels", {{"1", {}}}}}, {}, "a face");
 }
 
+// Middles of the labels of that size that stand alone.
+double label_x(const std::string& page, const std::string& words) {
+  const size_t end = page.find(">" + words + "</text>");
+  const size_t begin = page.rfind("<text x=\"", end);
+  EXPECT_NE(end, std::string::npos) << words;
+  return std::stod(page.substr(begin + 9));
+}
+
+TEST(Bench, KeepsTheValuesOfAKnobApartWhereOneStallsAndTheRestAreAllAsQuick) {
+  Bench bench = two_points();
+  bench.points.resize(1);
+  const std::vector<std::string> values{"1500", "3000", "6000", "12000", "24000", "48000"};
+  for (const std::string& value : values) {
+    fit::Quality quality;
+    quality.lobe_samples = std::stoi(value) + 1;
+    const double seconds = value == "48000" ? 60 : 2;
+    bench.points.push_back(
+        {"bin_px", value, quality, std::vector<double>(3, seconds), bench.default_figures});
+  }
+  const std::string page = page_of(bench);
+  for (size_t i = 1; i < values.size(); ++i) {
+    EXPECT_GT(label_x(page, values[i]) - label_x(page, values[i - 1]), 24) << values[i];
+  }
+}
+
 TEST(Bench, TellsWhetherADefaultSitsAtTheKneeAndWhatTheOthersWouldCost) {
   Bench bench = two_points();
   apps::Knee knee = apps::knee_of(bench, "bin_px");
