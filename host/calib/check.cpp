@@ -106,7 +106,9 @@ class BurstChecker {
     gather();
     if (burst_.pixels.size() < kLeastPixels) {
       line(Grade::kUnusable, "subject",
-           fmt::format("{} pixels of it in the left camera", burst_.pixels.size()));
+           fmt::format("{} pixels of it in the left camera, at least {}; label more of it, or take "
+                       "it from nearer",
+                       burst_.pixels.size(), kLeastPixels));
       return;
     }
     const CheckedFrames frames{session_, photographs_, burst_.pixels, burst_.right_pixels};

@@ -15,6 +15,7 @@ constexpr double kMostClipped = 0.01;
 constexpr double kHopeless = 0.5;         // of any share that should be next to nothing
 constexpr double kLeastLight = 1e-3;      // of a white surface: under it nothing was lit
 constexpr double kLeastShare = 0.02;      // of the full light: no pattern has as little
+constexpr double kNoisySignal = 5;        // over its noise: this, not light, is what clips
 constexpr double kLeastOfColour = 0.005;  // of the colours' mean: no skin reflects as little
 
 // What a frame must not be far below: the whole light that its pattern is a part of.
@@ -49,6 +50,17 @@ bool is_vital(const Session& session, const Frame& f) {
   return f.role != Role::kFringe || f.index == finest;
 }
 
+// Against clipping. Noise is as large as the signal only where hardly any electron makes it,
+// however bright the photograph is.
+std::string remedy_for(const CheckedFrames& in, const Frame& frame, bool left) {
+  const Camera& camera = left ? in.session.left : *in.session.right;
+  const double signal = signal_to_noise(in.photographs.at(&frame), camera, frame,
+                                        left ? in.left_pixels : in.right_pixels);
+  if (signal == 0 || signal > kNoisySignal) return "expose it less";
+  return fmt::format("that is noise (signal / noise {:.2f}): give it more light at less gain",
+                     signal);
+}
+
 // Of the frames that `belongs` takes: in any of them, and which has most.
 template <class Belongs>
 CheckLine clipped_in(const CheckedFrames& in, const std::string& name, bool left,
@@ -71,7 +83,8 @@ CheckLine clipped_in(const CheckedFrames& in, const std::string& name, bool left
                               left ? "of labelled pixels" : "of lit pixels");
   if (line.grade == Grade::kGood) return line;
   if (!(clipped_share(vital, pixels) > kHopeless)) line.grade = Grade::kPoor;
-  line.text += fmt::format(", most in {} ({:.2f} %); expose it less", name_of(*worst), 100 * most);
+  line.text += fmt::format(", most in {} ({:.2f} %); {}", name_of(*worst), 100 * most,
+                           remedy_for(in, *worst, left));
   return line;
 }
 

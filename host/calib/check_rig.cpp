@@ -70,9 +70,10 @@ CheckLine leds(const Session& s) {
   const size_t count = s.stage.leds().size();
   CheckLine line{Grade::kUnusable, "LEDs", "", 0, "", kLeastSpread};
   if (count < kLeastLeds) {
-    line.text = fmt::format("{} of them, at least {} for normals", count, kLeastLeds);
+    line.text = fmt::format("{} of them, at least {} for normals; state all in rig.leds", count,
+                            kLeastLeds);
   } else if (!lights_the_front(s.stage)) {
-    line.text = "none shines on the subject's front (+Z) in some colour";
+    line.text = "none shines on the subject's front (+Z) in some colour; correct rig.leds";
   } else {
     line.figure = spread_of(s.stage);
     line.grade = grade_of(line.figure, kLeastSpread, kNoSpread);
@@ -86,17 +87,19 @@ CheckLine leds(const Session& s) {
 std::string blindness(const Camera& c) {
   const double distance_mm = cv::norm(c.centre_mm());
   if (!(distance_mm > kNearest_mm && distance_mm < kFurthest_mm)) {
-    return fmt::format("is {:g} mm from the subject", distance_mm);
+    return fmt::format("is {:g} mm from the subject, {:g} to {:g}; state translation_mm in mm",
+                       distance_mm, kNearest_mm, kFurthest_mm);
   }
   if (!(c.fx > kWidest * c.width && c.fx < kNarrowest * c.width)) {
-    return fmt::format("has fx {:g} pixels for {} of width", c.fx, c.width);
+    return fmt::format("has fx {:g} pixels for {} of width; state fx in pixels", c.fx, c.width);
   }
   const cv::Vec2d origin = c.project({0, 0, 0});
   const bool inside = origin[0] > -c.width && origin[0] < 2 * c.width && origin[1] > -c.height &&
                       origin[1] < 2 * c.height;
-  if (!inside) return "looks away from the subject";
+  if (!inside) return "looks away from the subject; state rotation so that camera = R rig + t";
   const Vec3d corner_mm = c.centre_mm() + c.ray(0, 0) * distance_mm;
-  if (!(cv::norm(c.project(corner_mm)) < 1)) return "has a distortion that cannot be undone";
+  if (!(cv::norm(c.project(corner_mm)) < 1))
+    return "has a distortion that cannot be undone; correct it";
   return "";
 }
 

@@ -95,6 +95,16 @@ std::string problem_of_header(const fs::path& path) {
   return in ? "" : "its header is cut";
 }
 
+// OpenEXR puts its file before each of its reasons: what is left behind the last of them.
+std::string reason_without(const fs::path& path, std::string reason) {
+  const std::string name = '"' + path.string() + '"';
+  const size_t last = reason.rfind(name);
+  if (last != std::string::npos) reason.erase(0, last + name.size());
+  reason.erase(0, reason.find_first_not_of(". "));
+  while (reason.ends_with('.')) reason.pop_back();
+  return reason.empty() ? "its pixels cannot be decoded" : reason;
+}
+
 template <class Read>
 auto reading(const fs::path& path, const Read& read) {
   std::error_code failed;
@@ -111,9 +121,10 @@ auto reading(const fs::path& path, const Read& read) {
   } catch (const Error&) {
     throw;
   } catch (const NonFinitePixel& e) {
-    throw_bad_input(path.string(), e.what());
+    throw_bad_input(path.string(), e.what(), "write it again with numbers alone");
   } catch (const std::exception& e) {
-    throw_bad_input(path.string(), std::string("not a whole OpenEXR file (") + e.what() + ")",
+    throw_bad_input(path.string(),
+                    "not a whole OpenEXR file (" + reason_without(path, e.what()) + ")",
                     "copy it again");
   }
 }

@@ -110,6 +110,15 @@ TEST_F(Check, NoticesClippedLightInWhateverFrameItIsAndNamesTheFrame) {
   }
 }
 
+TEST_F(Check, TellsNoiseThatClipsFromLightThatDoes) {
+  const auto clip = [](Image3* i) { (*i)(cv::Rect(8, 8, 8, 8)).setTo(cv::Scalar::all(20)); };
+  change(Role::kGradientFull, 0, Analyser::kCross, clip);
+  EXPECT_NE(text_of("clipped, LEDs").find("expose it less"), std::string::npos);
+  change_rig([](v1::Rig* rig) { rig->mutable_cameras(0)->set_full_well_electrons(3); });
+  EXPECT_NE(text_of("clipped, LEDs").find("that is noise"), std::string::npos)
+      << text_of("clipped, LEDs");
+}
+
 TEST_F(Check, NoticesClippedLightOfTheRightCamera) {
   const Session session = read_session(path());
   const fs::path file = path() / session.find("right", Role::kFringe, 1, Analyser::kCross)->file;

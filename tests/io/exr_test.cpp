@@ -75,6 +75,15 @@ TEST(Exr, RefusesAFileCutAnywhere) {
   }
 }
 
+TEST(Exr, NamesAFileThatIsCutOnce) {
+  const ScratchFolder scratch;
+  const fs::path file = scratch.path() / "a.exr";
+  write_exr_rgb(file, noise_image(64, 64), PixelType::kHalf);
+  fs::resize_file(file, fs::file_size(file) / 2);
+  const std::string line = complaint([&] { read_exr_rgb(file); });
+  EXPECT_EQ(line.find("a.exr"), line.rfind("a.exr")) << line;
+}
+
 TEST(Exr, RefusesWhatIsNotAnExrFile) {
   const ScratchFolder scratch;
   std::ofstream(scratch.path() / "text.exr") << "a letter, not a photograph";
