@@ -3,6 +3,7 @@
 // wrong on the rig is seen in the picture.
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "apps/process_child.h"
@@ -100,6 +101,13 @@ TEST_F(EndToEnd, ABurstIsCapturedFittedComparedAndExported) {
   EXPECT_LT(figures["specular_intensity"]["all"]["rel_rmse"], 0.4);
   EXPECT_EQ(testing::run_lamella({"export", at("good"), "--out", at("face.glb")}).exit_code, 0);
   EXPECT_GT(fs::file_size(at("face.glb")), 1000u);
+  auto view = json_tree(read_text(at("truth") + "/views/point_side.json"));
+  view["camera"]["translation_mm"] = {5000, 0, 1000};
+  std::ofstream(at("beside.json")) << json_text(view, 1);
+  const testing::Outcome beside = testing::run_lamella(
+      {"render", at("good"), "--view", at("beside.json"), "--out", at("beside.exr")});
+  EXPECT_EQ(beside.exit_code, 1);
+  EXPECT_NE(beside.err.find("the picture is black"), std::string::npos) << beside.err;
 }
 
 TEST_F(EndToEnd, ABurstIsFittedToAMeshAtLeastAsWellAsToItsFringes) {
