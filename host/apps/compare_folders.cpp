@@ -63,6 +63,15 @@ void compare_views(ComparedMaps* maps, Json* figures) {
   }
 }
 
+// What several figures miss is missing once.
+std::vector<std::string> each_once(const std::vector<std::string>& problems) {
+  std::vector<std::string> once;
+  for (const std::string& problem : problems) {
+    if (std::find(once.begin(), once.end(), problem) == once.end()) once.push_back(problem);
+  }
+  return once;
+}
+
 }  // namespace
 
 Json compare_folders(const fs::path& found, const fs::path& truth) {
@@ -81,7 +90,7 @@ Json compare_folders(const fs::path& found, const fs::path& truth) {
   }
   compare_layers(&maps, layers, &figures);
   compare_views(&maps, &figures);
-  figures["problems"] = maps.problems;
+  figures["problems"] = each_once(maps.problems);
   return figures;
 }
 

@@ -371,6 +371,14 @@ TEST(Compare, ExitsWithOneAndSaysWhichMapIsMissing) {
                  "missing position.exr");
 }
 
+TEST(Compare, NamesAMapThatIsMissingOnceThoughSeveralFiguresMissIt) {
+  const testing::Outcome outcome =
+      compare_spoilt([](const fs::path& fit) { fs::remove(fit / "deep_albedo.exr"); });
+  const std::string words = "missing deep_albedo.exr";
+  ASSERT_NE(outcome.err.find(words), std::string::npos) << outcome.err;
+  EXPECT_EQ(outcome.err.find(words), outcome.err.rfind(words)) << outcome.err;
+}
+
 TEST(Compare, ExitsWithOneAndSaysWhichMapIsOfAnotherSize) {
   expect_problem(compare_spoilt([](const fs::path& fit) {
                    write_exr_rgb(fit / "deep_albedo.exr", Image3(9, 8, Vec3(1, 1, 1)));
