@@ -8,6 +8,7 @@
 
 #include "apps/bench_choice.h"
 #include "apps/commands.h"
+#include "apps/doubt_lines.h"
 #include "apps/process_interrupt.h"
 #include "apps/process_killed.h"
 #include "apps/report.h"
@@ -179,10 +180,10 @@ void tell_notes(const std::vector<std::string>& notes) {
 // could not be judged is one that was asked for and is not there. Returns whether there is any.
 bool warn_of_doubt(const std::vector<fit::DoubtedLayer>& doubted) {
   bool any = false;
-  for (const fit::DoubtedLayer& layer : doubted) {
-    const bool is_below = layer.doubt == fit::Doubt::kNotJudged;
+  for (const DoubtLine& line : doubt_lines(doubted)) {
+    const bool is_below = line.doubt == fit::Doubt::kNotJudged;
     fmt::print(stderr, "lamella: warning: {}{}\n", is_below ? "below the quality asked: " : "",
-               one_line(layer.text));
+               one_line(line.text));
     any = any || is_below;
   }
   return any;

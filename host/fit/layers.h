@@ -30,9 +30,9 @@ enum class Step {
 // Throws Error that lists the names where `name` is none of them.
 Step step_from_name(const std::string& name);
 
-// What is said of one layer of one region: "eyelids: single: cannot be judged ...".
+// What is said of one layer of one region: "eyelids", "single", "cannot be judged ...".
 struct DoubtedLayer {
-  std::string text;
+  std::string region, layer, why;
   Doubt doubt;
 };
 

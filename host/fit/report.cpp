@@ -34,7 +34,7 @@ void put_why(const Reason& reason, v1::Region* region, LayeredFit* fit) {
   if (reason.why.empty()) return;
   (*region->mutable_layers()->mutable_why())[reason.layer] = reason.why;
   if (reason.doubt == Doubt::kNone) return;
-  fit->doubted.push_back({region->name() + ": " + reason.layer + ": " + reason.why, reason.doubt});
+  fit->doubted.push_back({region->name(), reason.layer, reason.why, reason.doubt});
 }
 
 // 1 for a perfect measurement, 1/2 at the sigma above, 0 where there is none.
