@@ -140,7 +140,7 @@ std::string draw_values(const KnobAxes& p, const Bench& bench, const Points& poi
   std::vector<ValueLabel> labels;
   for (const BenchPoint* point : points) {
     const double x = p.across(bench.relative_seconds(*point));
-    labels.push_back({point, x, x, 0.5 * kLetter * double(point->value.size()) + 4});
+    labels.push_back({point, x, x, 0.5 * kLetter * double(point->value.size()) + 7});
   }
   if (!labels.empty()) spread_out(p, &labels);
   std::string text;
