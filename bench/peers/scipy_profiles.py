@@ -25,8 +25,8 @@ except ImportError as missing:
 BOUNDARY = 3.112  # A of eq. 7 at ior 1.38
 FROM_MM, TO_MM, SAMPLES = 1.0, 8.0, 24  # of the tail, at equal steps of log r
 TRANSPORT_MM, TRANSPORT_SPREAD = 0.32, 0.08  # of dermis, and one sigma of its logarithm
-TRANSPORT_DOUBT = 1.5  # sigmas from which on it rather is not dermis's
-KERNEL_ERROR = 0.05  # relative
+TRANSPORT_DOUBT = 1  # sigmas from which on it rather is not dermis's
+TAIL_ERROR = 0.15  # relative
 LOWEST = np.log([0.05, 0.05]).tolist() + [-np.inf]  # l_d, transport length (mm), amplitude
 HIGHEST = np.log([50.0, 3.0]).tolist() + [np.inf]
 
@@ -52,7 +52,7 @@ def solve_tail(weights, length_mm):
         for depth in (source, source * (1 + 4 * BOUNDARY / 3)):
             d = np.sqrt(r**2 + depth**2)
             shape = shape + depth * (1 / ld + 1 / d) * np.exp(-d / ld) / d**2
-        tail = light * (logarithms[2] + np.log(shape / value)) / KERNEL_ERROR
+        tail = light * (logarithms[2] + np.log(shape / value)) / TAIL_ERROR
         off = (logarithms[1] - math.log(TRANSPORT_MM)) / TRANSPORT_SPREAD / TRANSPORT_DOUBT
         prior = TRANSPORT_DOUBT * math.copysign(math.sqrt(math.log1p(off**2)), off)
         return np.append(tail, prior)

@@ -13,9 +13,6 @@ namespace {
 constexpr int kJackknifeGroups = 8;
 // Of how far ten times the smoothness moves l_d: what the smoothness itself is taken to do to it.
 constexpr double kSmoothShare = 1.0 / 3;
-// The dipole nearest to a layered skin follows from the shape of its kernel no closer than that: of
-// the exact kernels of simulated skins, on average.
-constexpr double kNearestDipoleError = 0.04;
 constexpr double kBlurDoubt = 0.15;  // one sigma, relative, of what the kernels agree on
 
 ChannelKernels channel_kernels(const std::vector<const KernelEquations*>& dots,
@@ -65,7 +62,7 @@ ChannelTails fit_tails(const std::vector<const KernelEquations*>& dots, const Sk
   const double smoothed_mm = fit_deep_profile(tails.kernels.stiff, prior).ld_mm - tail->ld_mm;
   const double of_dots_mm = std::hypot(tail->ld_mm_stddev, jackknife_stddev(ld_mm));
   tail->ld_mm_stddev = std::hypot(std::hypot(of_dots_mm, tails.more_blurred.ld_mm - tail->ld_mm),
-                                  kSmoothShare * smoothed_mm, kNearestDipoleError * tail->ld_mm);
+                                  kSmoothShare * smoothed_mm);
   return tails;
 }
 

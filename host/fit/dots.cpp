@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
@@ -19,6 +21,9 @@ constexpr std::array<double, 3> kDermisTransport_mm{0.38, 0.32, 0.26};
 constexpr double kBlend_mm = 3;             // l_d goes from one region's to the next's over this
 constexpr double kSpreadAtHalfTrust = 0.1;  // of l_d, relative
 constexpr float kHighestReflectance = 0.97f;
+// Of the tail's logarithm against its dipole's. Beyond it half of the l_d of simulated skins are a
+// fifth and more off before regions lean on each other, up to it one in fifty.
+constexpr double kFurthestTail = 0.35;
 
 // Medians over a region.
 std::array<ShallowLight, 3> shallow_light(const Burst& burst, const Separation& separation,
@@ -39,13 +44,25 @@ std::array<ShallowLight, 3> shallow_light(const Burst& burst, const Separation& 
   return light;
 }
 
+// "blue's " and what is said of it, after what was said before.
+void add_why(const std::string& of_channel, size_t channel, std::string* why) {
+  static constexpr std::array<const char*, 3> kChannels{"red", "green", "blue"};
+  *why += (why->empty() ? "" : "; ") + std::string(kChannels[channel]) + "'s " + of_channel;
+}
+
 // "blue's alpha_dot, 0.02, is the fit's own bound".
 void add_bound(const std::string& at_bound, size_t channel, std::string* why, Doubt* doubt) {
-  static constexpr std::array<const char*, 3> kChannels{"red", "green", "blue"};
   if (at_bound.empty()) return;
-  *why += (why->empty() ? "" : "; ") + std::string(kChannels[channel]) + "'s " + at_bound +
-          ", is the fit's own bound";
+  add_why(at_bound + ", is the fit's own bound", channel, why);
   *doubt = Doubt::kAtBound;
+}
+
+// "blue's kernel is 67 % off any dipole's: it hardly tells l_d".
+void add_misfit(double rms, size_t channel, RegionScattering* region) {
+  if (rms <= kFurthestTail) return;
+  add_why(fmt::format("kernel is {:.0f} % off any dipole's: it hardly tells l_d", 100 * rms),
+          channel, &region->deep_why);
+  region->deep_doubt = Doubt::kOff;
 }
 
 void put_channel(const DeepProfile& deep, const LayeredProfile& layers, size_t c,
@@ -61,6 +78,7 @@ void put_channel(const DeepProfile& deep, const LayeredProfile& layers, size_t c
   region->shallow_ld_mm_stddev[c] = layers.shallow_ld_mm_stddev;
   region->shallow_rms[c] = layers.shallow_rms;
   add_bound(layers.deep_at_bound, c, &region->deep_why, &region->deep_doubt);
+  add_misfit(deep.rms, c, region);
   if (region->shallow_fitted) {
     add_bound(layers.shallow_at_bound, c, &region->shallow_why, &region->shallow_doubt);
   }
@@ -139,10 +157,12 @@ void borrow(const Labels& labels, size_t index, std::vector<RegionScattering>* r
                            : "no dot of the pattern could be measured on any region";
   taken.shallow_why = taken.deep_why;
   taken.deep_doubt = taken.shallow_doubt = Doubt::kNotJudged;
+  if (all > 0) taken.thickness_mm = 0;
   for (size_t i = 0; i < regions->size(); ++i) {
     if (!fitted(i)) continue;
     const RegionScattering& from = (*regions)[i];
     const double share = sum > 0 ? weight[i + 1] / sum : 1 / double(all);
+    taken.thickness_mm += share * from.thickness_mm;
     for (size_t c = 0; c < 3; ++c) {
       taken.ld_mm[c] += share * from.ld_mm[c];
       taken.ld_mm_stddev[c] += share * (from.ld_mm_stddev[c] + 0.2 * from.ld_mm[c]);
@@ -269,13 +289,13 @@ void fit_region(LayerUse use, const RegionData& data, const PatternBlur& blur,
     slabs[c] = fit_layered_profiles(tails.kernels.all, tails.all, shallow[c]);
     contests[c] = contest_of((*data.dots)[c], tails.all.ld_mm, shallow[c].share, blur);
   });
-  const size_t slab = best_slab(slabs);
-  region->thickness_mm = kSlabs_mm[slab];
+  std::array<LayeredProfile, 3> layers = on_best_slab(slabs);
+  region->thickness_mm = layers[0].thickness_mm;
   parallel_for(3, [&](int channel) {
     const auto c = size_t(channel);
-    widen_layers(data.tails[c], shallow[c], &slabs[c][slab]);
+    widen_layers(data.tails[c], shallow[c], &layers[c]);
   });
-  for (size_t c = 0; c < 3; ++c) put_channel(data.tails[c].all, slabs[c][slab], c, region);
+  for (size_t c = 0; c < 3; ++c) put_channel(data.tails[c].all, layers[c], c, region);
   choose_layers(use, contests, shallow, region);
 }
 

@@ -18,12 +18,16 @@ constexpr double kTransportSpread = 0.08;  // one sigma of the logarithm of 1/si
 constexpr double kTransportDoubt = 1;      // sigmas from which on it rather is not dermis's
 constexpr double kTextureSpread = 0.2;     // one sigma of the logarithm of a region's texture
 constexpr double kLeastAlpha = 1e-3;
+constexpr double kTolerance = 1e-9;          // of a step's gain, relative
+constexpr double kToleranceOfSpread = 1e-5;  // where figures tell a deviation and nothing else
 // A kernel that shows no tail (a surface that does not scatter) would take it to infinity.
 constexpr double kShortestTransport_mm = 0.05, kLongestTransport_mm = 3;
 // Relative, of a ring of the tail against a dipole's. A layered skin's tail bends otherwise than a
 // dipole's all along, so that rings are wrong together: taken for 24 witnesses of an error of 0.05
 // they outvote what is known of transport and reflectance, with lengths that are no skin's.
 constexpr double kTailError = 0.15;
+// Of it: less makes l_d no surer, as the priors of transport and reflectance stay what they are.
+constexpr double kLeastMisfit = 0.7;
 constexpr double kKernelError = 0.05;  // relative, of what the dots say of the kernel
 constexpr double kFurthestSample_mm = 8, kNearestSample_mm = 0.1;
 constexpr double kSmallestShare = 0.02;   // a layer with less is within the noise
@@ -84,12 +88,12 @@ struct LogPrior {
   }
 };
 
-ceres::Solver::Options quiet_options() {
+ceres::Solver::Options quiet_options(double tolerance) {
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
   options.logging_type = ceres::SILENT;
   options.max_num_iterations = 60;
-  options.function_tolerance = 1e-9;
+  options.function_tolerance = tolerance;
   options.max_num_line_search_step_size_iterations = 0;
   options.num_threads = 1;
   return options;
@@ -165,7 +169,7 @@ Tail descend(const TailEquations& equations, const TailParameters& from) {
   ceres::Problem problem;
   pose(equations, &tail.at, &problem);
   ceres::Solver::Summary summary;
-  ceres::Solve(quiet_options(), &problem, &summary);
+  ceres::Solve(quiet_options(kTolerance), &problem, &summary);
   tail.cost = summary.final_cost;
   return tail;
 }
@@ -175,12 +179,14 @@ DeepProfile profile_of(const TailEquations& equations, Tail tail) {
   pose(equations, &tail.at, &problem);
   DeepProfile deep;
   deep.ld_mm = std::exp(tail.at.log_ld);
-  deep.ld_mm_stddev = deep.ld_mm * stddev_of(&problem, &tail.at.log_ld);
   deep.at_bound = at_bound("l_d", deep.ld_mm, kShortestDeepLd_mm, kLongestDeepLd_mm, " mm");
   deep.transport_mm = std::min(std::exp(tail.at.log_transport), 1.7 * deep.ld_mm);
   double weight = 0;
   for (const Sample& sample : equations.rings) weight += sample.weight * sample.weight;
   deep.rms = kTailError * std::sqrt(2 * tail.cost / weight);
+  // Rings that are further off than they are taken to be say less of l_d, nearer ones more.
+  const double misfit = std::max(kLeastMisfit, deep.rms / kTailError);
+  deep.ld_mm_stddev = misfit * deep.ld_mm * stddev_of(&problem, &tail.at.log_ld);
   return deep;
 }
 
@@ -250,11 +256,11 @@ void pose(const LayeredEquations& equations, LayeredParameters* at, ceres::Probl
   problem->SetParameterUpperBound(&at->log_shallow_ld, 0, std::log(kLongestShallowLd_mm));
 }
 
-double descend(const LayeredEquations& equations, LayeredParameters* at) {
+double descend(const LayeredEquations& equations, double tolerance, LayeredParameters* at) {
   ceres::Problem problem;
   pose(equations, at, &problem);
   ceres::Solver::Summary summary;
-  ceres::Solve(quiet_options(), &problem, &summary);
+  ceres::Solve(quiet_options(tolerance), &problem, &summary);
   return summary.final_cost;
 }
 
@@ -277,7 +283,7 @@ std::vector<Arm> find_arms(const LayeredEquations& equations,
                            const std::vector<LayeredParameters>& starts) {
   std::vector<Arm> arms;
   for (LayeredParameters at : starts) {
-    const double cost = descend(equations, &at);
+    const double cost = descend(equations, kTolerance, &at);
     arms.push_back({at, cost});
   }
   std::stable_sort(arms.begin(), arms.end(),
@@ -317,21 +323,29 @@ LayeredProfile profile_at(const LayeredEquations& equations, LayeredParameters a
   return profile;
 }
 
-// An arm that costs hardly more than the best might as well be it: the cost is minus the logarithm
-// of the likelihood.
-void widen_by_arms(const std::vector<Arm>& arms, LayeredProfile* profile) {
-  LayeredProfile off;  // the furthest of them, weighted
-  const auto move = [](double from, double to, double weight, double* furthest) {
+// What costs hardly more than the best might as well be it: the cost is minus the logarithm of the
+// likelihood. `off`: the furthest from `profile` of all that were looked at, weighted.
+void look_at(const LayeredProfile& other, double more_cost, const LayeredProfile& profile,
+             LayeredProfile* off) {
+  const double weight = std::exp(-more_cost / 2);
+  const auto move = [&](double to, double from, double* furthest) {
     *furthest = std::max(*furthest, weight * std::abs(to - from));
   };
+  move(other.alpha_dot, profile.alpha_dot, &off->alpha_dot);
+  move(other.shallow_alpha, profile.shallow_alpha, &off->shallow_alpha);
+  move(other.shallow_ld_mm, profile.shallow_ld_mm, &off->shallow_ld_mm);
+}
+
+void widen_by_arms(const std::vector<Arm>& arms, LayeredProfile* profile) {
+  LayeredProfile off;
   for (const Arm& arm : arms) {
-    const LayeredProfile other = figures_of(arm.at);
-    const double weight = std::exp((arms.front().cost - arm.cost) / 2);
-    move(profile->alpha_dot, other.alpha_dot, weight, &off.alpha_dot);
-    move(profile->shallow_alpha, other.shallow_alpha, weight, &off.shallow_alpha);
-    move(profile->shallow_ld_mm, other.shallow_ld_mm, weight, &off.shallow_ld_mm);
+    look_at(figures_of(arm.at), arm.cost - arms.front().cost, *profile, &off);
   }
   widen(off, profile);
+}
+
+double cost_of_slab(const std::array<SlabProfiles, 3>& channels, size_t slab) {
+  return channels[0][slab].cost + channels[1][slab].cost + channels[2][slab].cost;
 }
 
 void judge_shallow(double share, LayeredProfile* profile) {
@@ -389,14 +403,27 @@ SlabProfiles fit_layered_profiles(const RadialProfile& kernel, const DeepProfile
 }
 
 size_t best_slab(const std::array<SlabProfiles, 3>& channels) {
-  const auto cost = [&](size_t slab) {
-    return channels[0][slab].cost + channels[1][slab].cost + channels[2][slab].cost;
-  };
+  const auto cost = [&](size_t slab) { return cost_of_slab(channels, slab); };
   size_t best = 0;
   for (size_t slab = 1; slab < kSlabs_mm.size(); ++slab) {
     if (cost(slab) < cost(best)) best = slab;
   }
   return best;
+}
+
+std::array<LayeredProfile, 3> on_best_slab(const std::array<SlabProfiles, 3>& channels) {
+  const size_t best = best_slab(channels);
+  std::array<LayeredProfile, 3> profiles;
+  for (size_t c = 0; c < 3; ++c) {
+    profiles[c] = channels[c][best];
+    LayeredProfile off;
+    for (size_t slab = 0; slab < kSlabs_mm.size(); ++slab) {
+      const double more_cost = cost_of_slab(channels, slab) - cost_of_slab(channels, best);
+      look_at(channels[c][slab], more_cost, channels[c][best], &off);
+    }
+    widen(off, &profiles[c]);
+  }
+  return profiles;
 }
 
 void widen(const LayeredProfile& by, LayeredProfile* profile) {
@@ -410,7 +437,7 @@ LayeredProfile refine_layered_profile(const RadialProfile& kernel, const DeepPro
                                       const ShallowLight& shallow, const LayeredProfile& near) {
   LayeredParameters at{model::s_from_alpha(near.alpha_dot), model::s_from_alpha(near.shallow_alpha),
                        std::log(near.shallow_ld_mm)};
-  descend(ring_equations(kernel, deep, shallow, near.thickness_mm), &at);
+  descend(ring_equations(kernel, deep, shallow, near.thickness_mm), kToleranceOfSpread, &at);
   return figures_of(at);
 }
 

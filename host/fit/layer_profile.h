@@ -60,6 +60,10 @@ SlabProfiles fit_layered_profiles(const RadialProfile& kernel, const DeepProfile
 // Which of kSlabs_mm explains the kernels of all channels best: skin has one thickness.
 size_t best_slab(const std::array<SlabProfiles, 3>& channels);
 
+// Of each channel what it is on that slab; slabs that explain the kernels hardly worse widen its
+// deviations.
+std::array<LayeredProfile, 3> on_best_slab(const std::array<SlabProfiles, 3>& channels);
+
 // Adds deviations, the figures of `by`, to those of `profile`.
 void widen(const LayeredProfile& by, LayeredProfile* profile);
 

@@ -71,24 +71,29 @@ class FitCommand : public ::testing::Test {
   testing::ScratchFolder scratch_;
 };
 
-// Too coarse for the dots, the fake session takes figures of its layers to their bounds. Which,
-// hangs on noise; there is no other word.
-TEST_F(FitCommand, FitsAGoodSessionAndNamesOnlyFiguresThatStandAtTheirBounds) {
+bool is_of_a_bound_or_misfit(const std::string& reason) {
+  return reason.ends_with(", is the fit's own bound") || reason.ends_with("it hardly tells l_d");
+}
+
+// Too coarse for the dots, the fake session takes figures of its layers to their bounds, or its
+// kernels off any dipole's. Which, hangs on noise; there is no other word.
+TEST_F(FitCommand, FitsAGoodSessionAndNamesOnlyFiguresAtTheirBoundsAndKernelsThatAreOff) {
   const Outcome fit = run("fit");
   EXPECT_EQ(fit.exit_code, 0);
-  const std::string warning = "lamella: warning: ", end = ", is the fit's own bound";
+  const std::string warning = "lamella: warning: ";
   const std::set<std::string> reasons = reasons_of_report();
   std::set<std::string> whys;
   for (const std::string& reason : reasons) {
-    EXPECT_EQ(reason.ends_with(end), fit.err.find(why_of(reason)) != std::string::npos) << reason;
-    if (reason.ends_with(end)) {
+    EXPECT_EQ(is_of_a_bound_or_misfit(reason), fit.err.find(why_of(reason)) != std::string::npos)
+        << reason;
+    if (is_of_a_bound_or_misfit(reason)) {
       EXPECT_NE(fit.out.find("\n" + reason + "\n"), std::string::npos) << reason << fit.out;
     }
     whys.insert(why_of(reason));
   }
   std::istringstream lines(fit.err);
   for (std::string line; std::getline(lines, line);) {
-    ASSERT_TRUE(line.starts_with(warning) && line.ends_with(end)) << line;
+    ASSERT_TRUE(line.starts_with(warning) && is_of_a_bound_or_misfit(line)) << line;
     EXPECT_EQ(whys.count(why_of(line.substr(warning.size()))), 1u) << line;
   }
 }

@@ -134,6 +134,25 @@ TEST(Dots, RegionWithoutOneBorrowsItsNeighboursAndSaysSo) {
   EXPECT_LT(fit.ld_confidence(94, 74), fit.ld_confidence(50, 40));
 }
 
+TEST(Dots, OnWhatScattersLikeNoDipoleAreSaidTo) {
+  LitPlane plane = dotted_plane();
+  Separation separation = even_separation();
+  EXPECT_EQ(fit_scattering(plane.burst, plane.geometry, plane.normals, LayerUse::kAuto, &separation)
+                .regions[0]
+                .deep_why.find("off any dipole's"),
+            std::string::npos);
+  const RadialKernel haunted = [](double r) {
+    return std::exp(-r / 0.3) / 0.09 + 0.3 * std::exp(-r / 6) / 36;
+  };
+  testing::photograph_dots({haunted, haunted, haunted}, &plane);
+  const Scattering fit =
+      fit_scattering(plane.burst, plane.geometry, plane.normals, LayerUse::kAuto, &separation);
+  EXPECT_NE(fit.regions[0].deep_why.find("red's kernel is "), std::string::npos)
+      << fit.regions[0].deep_why;
+  EXPECT_EQ(fit.regions[0].deep_doubt, Doubt::kOff);
+  EXPECT_LT(fit.ld_confidence(50, 40), 0.4f);
+}
+
 TEST(Dots, WithoutAnyTheLengthIsUnknownAndSaysWhy) {
   LitPlane plane = dotted_plane();
   plane.burst.clipped_dots = Mask(testing::kHeight, testing::kWidth, uchar(255));
@@ -189,6 +208,19 @@ TEST(DeepProfile, IsTheNearestDipolesThoughNoDipoleFollowsTheTail) {
     const DeepProfile deep = fit_deep_profile(skin, {0.38, skin.reflectance});
     EXPECT_NEAR(deep.ld_mm, skin.nearest_ld_mm, 0.06 * skin.nearest_ld_mm);
   }
+}
+
+// Failure: a kernel that is no skin's, and an l_d that nobody is warned of and whose neighbours
+// have no say.
+TEST(DeepProfile, OfAKernelThatIsFarFromAnyDipolesIsHardlyKnown) {
+  const auto skin = [](double r_mm) { return dipole(alpha_of(0.7), 0.7)(r_mm); };
+  const auto haunted = [&](double r_mm) { return skin(r_mm) + 0.05 * std::exp(-r_mm / 6); };
+  const DeepProfile good = fit_deep_profile(skin, {0.38, 0.3});
+  const DeepProfile bad = fit_deep_profile(haunted, {0.38, 0.3});
+  EXPECT_LT(good.rms, 0.2);
+  EXPECT_GT(bad.rms, 0.35);
+  EXPECT_LT(good.ld_mm_stddev / good.ld_mm, 0.1);
+  EXPECT_GT(bad.ld_mm_stddev / bad.ld_mm, 8) << "4 if its rings were as near as those of skin";
 }
 
 TEST(LayeredProfile, DeepAndShallowTogetherIntegrateToTheKernel) {
@@ -266,11 +298,25 @@ TEST(LayeredProfile, TheSlabIsTheOneWhoseLightSpreadsAsTheKernelShows) {
   }
 }
 
+TEST(LayeredProfile, ASlabThatExplainsTheKernelsAsWellMakesItsFiguresLessSure) {
+  SlabProfiles sure = profiles_of_slab(0.5), unsure = sure;
+  for (size_t i = 1; i < kSlabs_mm.size(); ++i) {
+    sure[i].cost = sure[0].cost + 100;
+    unsure[i].cost = unsure[0].cost;
+    unsure[i].shallow_ld_mm = unsure[0].shallow_ld_mm + 0.5;
+  }
+  const double own = sure[0].shallow_ld_mm_stddev;
+  EXPECT_NEAR(on_best_slab({sure, sure, sure})[0].shallow_ld_mm_stddev, own, 1e-9);
+  EXPECT_NEAR(on_best_slab({unsure, unsure, unsure})[0].shallow_ld_mm_stddev, std::hypot(own, 0.5),
+              1e-9);
+}
+
 TEST(LayeredProfile, OneChannelThatIsOfAnotherMindDoesNotOutvoteTheOthers) {
   const SlabProfiles thin = profiles_of_slab(0.5), thick = profiles_of_slab(2);
   EXPECT_EQ(best_slab({thin, thin, thin}), 0u);
   EXPECT_EQ(best_slab({thick, thick, thick}), 2u);
   EXPECT_EQ(best_slab({thin, thick, thin}), 0u);
+  EXPECT_EQ(on_best_slab({thin, thick, thin})[1].thickness_mm, kSlabs_mm[0]);
 }
 
 TEST(Kernel, WeightsAreNotNegativeAndSumToOne) {
