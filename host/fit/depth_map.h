@@ -13,6 +13,7 @@ struct DepthMap {
   float px_mm = 1;      // size of a pixel on the face
   int penumbra_px = 3;  // beside a gap: scattered light alone is seen there; 0 of a mesh
   Image1 bias_mm = {};  // one sigma, from light that scattered on its way; of no mesh
+  double agreed = std::numeric_limits<double>::quiet_NaN();  // share that the right camera confirms
 
   void forget(int y, int x) { distance_mm(y, x) = sigma_mm(y, x) = u_px(y, x) = kNaN; }
 };

@@ -16,12 +16,13 @@ namespace {
 
 // Where a fit found the regions itself, their rims are skin that hardly any light reaches.
 constexpr double kLeastPosition = 0.97, kLeastPositionOfFound = 0.85;
+constexpr double kLeastAgreed = 0.5;
 constexpr double kMostOffSurface_deg = 6;
 constexpr double kMostStripeMisfit = 0.1;
 constexpr double kLeastCoherence = 0.9;
 constexpr double kLeastDarkDots = 0.9;
 constexpr double kLeastBetween = 0.8, kMostBetween = 1.06;
-constexpr double kMostFrontOff = 0.1, kMostLightOff = 0.05;
+constexpr double kMostFrontOff = 0.1, kMostLightOff = 0.05, kMostReflectedOff = 0.03;
 constexpr std::array<const char*, 3> kChannels = {"red", "green", "blue"};
 
 void put_figure(const std::string& name, double value, LayeredFit* fit) {
@@ -70,6 +71,19 @@ void judge_positions(const Burst& burst, LayeredFit* fit) {
        .unit = "%",
        .limit = 100 * least},
       fit);
+}
+
+void judge_right(const Geometry& geometry, LayeredFit* fit) {
+  put_figure("right_camera_agrees", geometry.agreed, fit);
+  if (!(geometry.agreed < kLeastAgreed)) return;
+  poor({.name = "right camera",
+        .text = fmt::format("agrees with {:.1f} % of what the left one and the projector measured, "
+                            "at least {:g} %: one of them is not where the calibration says",
+                            100 * geometry.agreed, 100 * kLeastAgreed),
+        .figure = 100 * geometry.agreed,
+        .unit = "%",
+        .limit = 100 * kLeastAgreed},
+       fit);
 }
 
 void judge_surface(const Burst& burst, const Geometry& geometry, const Normals& normals,
@@ -143,6 +157,27 @@ void judge_dots(const Session& session, const DotsSeen& seen, LayeredFit* fit) {
           .limit = between > 1 ? kMostBetween : kLeastBetween},
          fit);
   }
+}
+
+void judge_parallel(const RerenderResiduals& residuals, LayeredFit* fit) {
+  const std::array<double, 3>& light = residuals.front_parallel_off;
+  double most = 0;
+  for (int c = 0; c < 3; ++c) {
+    put_figure(fmt::format("rerender_front_parallel_{}", kChannels[size_t(c)]), light[size_t(c)],
+               fit);
+    most = std::max(most, std::abs(light[size_t(c)]));
+  }
+  if (!(most > kMostReflectedOff)) return;
+  poor(
+      {.name = "FRONT parallel, drawn from the layers",
+       .text = fmt::format("{:+.1f} {:+.1f} {:+.1f} % off in red, green and blue, at most {:g} %: "
+                           "the LEDs tell of more or less reflection than the projector; state the "
+                           "exposures of parallel photographs as they were",
+                           100 * light[0], 100 * light[1], 100 * light[2], 100 * kMostReflectedOff),
+       .figure = 100 * most,
+       .unit = "%",
+       .limit = 100 * kMostReflectedOff},
+      fit);
 }
 
 void judge_rerender(const RerenderResiduals& residuals, LayeredFit* fit) {

@@ -19,6 +19,9 @@ void require_surface(const Burst& burst, const Geometry& geometry);
 // of its own.
 void judge_positions(const Burst& burst, LayeredFit* fit);
 
+// The left camera's positions against the right one's.
+void judge_right(const Geometry& geometry, LayeredFit* fit);
+
 // Normals against positions.
 void judge_surface(const Burst& burst, const Geometry& geometry, const Normals& normals,
                    LayeredFit* fit);
@@ -29,5 +32,8 @@ void judge_dots(const Session& session, const DotsSeen& seen, LayeredFit* fit);
 
 // FRONT, which the projector lights, against the albedo that the LEDs tell.
 void judge_rerender(const RerenderResiduals& residuals, LayeredFit* fit);
+
+// The same of what is reflected: c is of the LEDs' light alone, FRONT's is the projector's.
+void judge_parallel(const RerenderResiduals& residuals, LayeredFit* fit);
 
 }  // namespace lamella::fit

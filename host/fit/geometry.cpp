@@ -100,7 +100,7 @@ DepthMap triangulated_depth(const Burst& burst) {
                                        burst.right_noise, burst.clipped_right});
                 });
   if (has_right) {
-    refine_with_right(session.left, *session.right, projector, right, &depth);
+    depth.agreed = refine_with_right(session.left, *session.right, projector, right, &depth);
   } else {
     believe_alone(&depth);
   }
@@ -151,10 +151,15 @@ Geometry geometry_at(const Burst& burst, const DepthMap& depth, const Mask& meas
   const cv::Size size = burst.regions.size();
   const Vec3 nowhere(kNaN, kNaN, kNaN);
   const Vec3d centre = session.left.centre_mm();
-  Geometry g{filled<Image3>(size, nowhere),          depth.sigma_mm,
-             filled<Image2>(size, Vec2(kNaN, kNaN)), filled<Image3>(size, nowhere),
-             filled<Image3>(size, nowhere),          filled<Image1>(size, kNaN),
-             filled<Image3>(size, nowhere),          measured};
+  Geometry g{filled<Image3>(size, nowhere),
+             depth.sigma_mm,
+             filled<Image2>(size, Vec2(kNaN, kNaN)),
+             filled<Image3>(size, nowhere),
+             filled<Image3>(size, nowhere),
+             filled<Image1>(size, kNaN),
+             filled<Image3>(size, nowhere),
+             measured,
+             depth.agreed};
   parallel_for(size.height, [&](int y) {
     for (int x = 0; x < size.width; ++x) {
       const float mm = depth.distance_mm(y, x);

@@ -18,6 +18,7 @@ struct Geometry {
                     // casts shadows
   Mask measured;  // 255 where the pixel's own light was triangulated, or the mesh is seen, 0 where
                   // its depth is carried over from its neighbours
+  double agreed = std::numeric_limits<double>::quiet_NaN();  // share that the right camera confirms
 };
 
 Geometry reconstruct_geometry(const Burst& burst);

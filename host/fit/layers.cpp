@@ -152,6 +152,7 @@ void run_steps(Step until, LayerUse use, Burst* burst, Course* course, LayeredFi
     const Normals normals =
         timed(course, "normals", [&] { return estimate_normals(*burst, &geometry); });
     report_normals(normals, fit);
+    judge_right(geometry, fit);
     judge_surface(*burst, geometry, normals, fit);
     if (until >= Step::kRegions) {
       timed(course, "regions", [&] { return settle_regions(geometry, normals, burst); });
@@ -178,6 +179,7 @@ void run_steps(Step until, LayerUse use, Burst* burst, Course* course, LayeredFi
       const auto residuals = timed(course, "rerender", [&] { return rerender(*burst, fitted); });
       report_rerender(residuals, fit);
       judge_rerender(residuals, fit);
+      judge_parallel(residuals, fit);
     }
   }
   judge_positions(*burst, fit);

@@ -19,8 +19,8 @@ struct FittedLayers {
 // where the maps are confident and the photograph is not clipped. NaN where no such pixel is.
 struct RerenderResiduals {
   double front_parallel = 0, front_cross = 0, full_parallel = 0, full_cross = 0;
-  // Of all the light of FRONT crossed, per channel: re-rendered over photographed, less 1.
-  std::array<double, 3> front_cross_off{};
+  // Of all the light of FRONT, per channel: re-rendered over photographed, less 1.
+  std::array<double, 3> front_cross_off{}, front_parallel_off{};
 };
 
 // S as the fit predicts it; D of FRONT from shallow and deep albedo and the projector's irradiance,

@@ -1,6 +1,8 @@
 #include "fit/stereo.h"
 
 #include <algorithm>
+#include <numeric>
+#include <vector>
 
 #include "base/parallel.h"
 #include "fit/smooth.h"
@@ -81,13 +83,15 @@ Match match(const Ray& ray, double start_mm, double u_px, const Camera& camera,
 
 }  // namespace
 
-void refine_with_right(const Camera& left_camera, const Camera& right_camera,
-                       const Camera& projector, const DepthMap& right, DepthMap* left) {
+double refine_with_right(const Camera& left_camera, const Camera& right_camera,
+                         const Camera& projector, const DepthMap& right, DepthMap* left) {
   const Vec3d centre = left_camera.centre_mm();
+  std::vector<cv::Vec2d> rows(size_t(left->distance_mm.rows));  // points, and those agreed on
   parallel_for(left->distance_mm.rows, [&](int y) {
     for (int x = 0; x < left->distance_mm.cols; ++x) {
       float& mm = left->distance_mm(y, x);
       if (std::isnan(mm)) continue;
+      rows[size_t(y)][0] += 1;
       const Ray ray{centre, left_camera.ray(x, y)};
       const Match m = match(ray, mm, left->u_px(y, x), right_camera, right);
       if (m.verdict == Match::kDenied) {
@@ -108,11 +112,14 @@ void refine_with_right(const Camera& left_camera, const Camera& right_camera,
         left->sigma_mm(y, x) = float(cv::norm(cv::Vec2d(alone, doubt)));
         continue;
       }
+      rows[size_t(y)][1] += 1;
       const double w = alone * alone / (alone * alone + pair * pair);
       mm += float(w * apart);
       left->sigma_mm(y, x) = float(cv::norm(cv::Vec2d(std::sqrt(w) * pair, doubt)));
     }
   });
+  const cv::Vec2d all = std::accumulate(rows.begin(), rows.end(), cv::Vec2d(0, 0));
+  return all[1] / std::max(1.0, all[0]);
 }
 
 void believe_alone(DepthMap* depth) {

@@ -32,7 +32,9 @@ TEST_F(HardCase, ABurstWithoutOneIsNotDoubted) {
   for (const char* channel : {"red", "green", "blue"}) {
     EXPECT_NEAR(figure.at(std::string("between_dots_") + channel), 1, 0.02);
     EXPECT_NEAR(figure.at(std::string("rerender_front_cross_") + channel), 0, 0.01);
+    EXPECT_NEAR(figure.at(std::string("rerender_front_parallel_") + channel), 0, 0.015);
   }
+  EXPECT_GT(figure.at("right_camera_agrees"), 0.7);
 }
 
 TEST_F(HardCase, GradientsThatGotEachOthersNamesDisagreeWithTheSurface) {
@@ -51,6 +53,13 @@ TEST_F(HardCase, ACameraOfAnotherFocalLengthKnowsTooFewPositions) {
     camera[focal] = 1.05 * double(camera[focal]);
   }
   expect_says(session.fitted(fit::Step::kGeometry), "positions");
+}
+
+TEST_F(HardCase, ACameraThatIsElsewhereAgreesWithNoOther) {
+  SpoiltSession session = spoilt();
+  Json& x_mm = session.manifest["rig"]["cameras"][0]["translation_mm"][0];
+  x_mm = double(x_mm) + 5;
+  expect_says(session.fitted(fit::Step::kNormals), "right camera");
 }
 
 TEST_F(HardCase, FringesInAnotherOrderAreRefusedForWhatTheyAre) {
@@ -100,6 +109,15 @@ TEST_F(HardCase, ExposuresOfTheLedsThatAreNotWhatTheManifestSaysDisagreeWithTheP
     if (std::string(frame["role"]).starts_with("GRADIENT")) *image *= 0.8f;
   });
   expect_says(session.fitted(), "FRONT crossed, drawn from the layers");
+}
+
+TEST_F(HardCase, ParallelPhotographsBrighterThanTheManifestSaysReflectMoreThanTheProjectors) {
+  SpoiltSession session = spoilt();
+  session.change_photographs([&](Json& frame, Image3* image) {
+    const bool is_lit_by_leds = std::string(frame["role"]).starts_with("GRADIENT");
+    if (is_lit_by_leds && frame["analyser"] == "PARALLEL") *image *= 1.15f;
+  });
+  expect_says(session.fitted(), "FRONT parallel, drawn from the layers");
 }
 
 }  // namespace
