@@ -123,7 +123,7 @@ RerenderResiduals rerender(const Burst& burst, const FittedLayers& layers) {
   AllSums all;
   for (const AllSums& row : rows) all.add(row);
   return {all.front_parallel.relative(), all.front_cross.relative(), all.full_parallel.relative(),
-          all.full_cross.relative(), all.front_cross.off(), all.front_parallel.off()};
+          all.full_cross.relative(),     all.front_cross.off(),      all.front_parallel.off()};
 }
 
 }  // namespace lamella::fit

@@ -11,7 +11,7 @@ namespace lamella::fit {
 // right camera sees something that lies behind are dropped. Those that it does not see are left to
 // `left` alone. Returns the share of points that both agree on.
 double refine_with_right(const Camera& left_camera, const Camera& right_camera,
-                       const Camera& projector, const DepthMap& right, DepthMap* left);
+                         const Camera& projector, const DepthMap& right, DepthMap* left);
 
 // One camera's and the projector's word alone: sigma with the bias in it.
 void believe_alone(DepthMap* depth);
