@@ -16,6 +16,7 @@ namespace {
 
 // Where a fit found the regions itself, their rims are skin that hardly any light reaches.
 constexpr double kLeastPosition = 0.97, kLeastPositionOfFound = 0.85;
+constexpr double kNoSurface = 0.1;  // specks: nothing that a map or an export could show
 constexpr double kLeastAgreed = 0.5;
 constexpr double kMostOffSurface_deg = 6;
 constexpr double kMostStripeMisfit = 0.1;
@@ -46,20 +47,25 @@ double answered_share(const Labels& regions, const Image3& map) {
   return asked > 0 ? known / asked : std::nan("");
 }
 
+[[noreturn]] void refuse_surface(double known) {
+  throw Error(Fault::kBadInput, "not usable",
+              fmt::format("positions: known for {:.1f} % of labelled pixels: are the FRINGE "
+                          "photographs in order, and is the calibration theirs?",
+                          100 * known));
+}
+
 }  // namespace
 
 void require_surface(const Burst& burst, const Geometry& geometry) {
   const Mask measured = geometry.measured & (burst.regions > 0);
-  if (cv::countNonZero(measured) > 0) return;
-  throw Error(Fault::kBadInput, "not usable",
-              "positions: no labelled pixel has one: are the FRINGE photographs in order, and is "
-              "the calibration theirs?");
+  if (cv::countNonZero(measured) == 0) refuse_surface(0);
 }
 
 void judge_positions(const Burst& burst, LayeredFit* fit) {
   if (burst.mesh) return;
   const double share = answered_share(fit->maps.regions, fit->maps.position_mm);
   const double least = burst.has_given_regions ? kLeastPosition : kLeastPositionOfFound;
+  if (share < kNoSurface) refuse_surface(share);
   put_figure("position_answered", share, fit);
   if (!(share < least)) return;
   poor(
