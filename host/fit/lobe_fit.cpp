@@ -206,29 +206,30 @@ void widen_single(RegionFit* fit) {
 // it would not, nobody can tell.
 void judge_single(int samples, RegionSingle* single) {
   double squares = 0, typical_squares = 0;
+  std::array<double, 3>&a = single->amplitude, &stddev = single->amplitude_stddev, sigma;
   for (size_t c = 0; c < 3; ++c) {
-    const double sigma = std::hypot(single->amplitude_stddev[c], kLobeInSingle * kTypicalSingle);
-    const double seen = std::max(0.0, single->amplitude[c] / sigma);
+    sigma[c] = std::hypot(stddev[c], kLobeInSingle * kTypicalSingle);
+    const double seen = std::max(0.0, a[c] / sigma[c]);
     squares += seen * seen / 3;
-    typical_squares += kTypicalSingle * kTypicalSingle / (3 * sigma * sigma);
+    typical_squares += kTypicalSingle * kTypicalSingle / (3 * sigma[c] * sigma[c]);
   }
-  const std::array<double, 3>&a = single->amplitude, &s = single->amplitude_stddev;
-  const std::string measured =
-      fmt::format("{:.3f} {:.3f} {:.3f}, within a noise of {:.3f} {:.3f} {:.3f}", a[0], a[1], a[2],
-                  s[0], s[1], s[2]);
   single->fitted = squares > kSeen;
   if (single->fitted) return;
+  const std::string measured = fmt::format(
+      "an amplitude of {:.3f} {:.3f} {:.3f} is within {:.0f} sigmas of none ({:.3f} {:.3f} {:.3f})",
+      a[0], a[1], a[2], std::sqrt(kSeen), sigma[0], sigma[1], sigma[2]);
   if (typical_squares > kSurelySeen) {
-    single->why = fmt::format(
-        "dropped: {} (below 3 sigma), where skin's {:g} would show itself by {:.0f} sigma",
-        measured, kTypicalSingle, std::sqrt(typical_squares));
+    single->why = fmt::format("dropped: {}, where skin's {:g} would show itself by {:.0f} sigmas",
+                              measured, kTypicalSingle, std::sqrt(typical_squares));
   } else {
     single->doubt = Doubt::kNotJudged;
     single->why = fmt::format(
-        "cannot be judged from {} usable pixels: {} that hides skin's {:g} too; taken as none",
-        samples, measured, kTypicalSingle);
+        "cannot be judged from {} usable pixels: {}, and skin's {:g} would show itself by {:.1f} "
+        "sigmas alone; taken as none",
+        samples, measured, kTypicalSingle, std::sqrt(typical_squares));
+    for (size_t c = 0; c < 3; ++c) stddev[c] = std::hypot(stddev[c], a[c]);
   }
-  single->amplitude = {0, 0, 0};
+  a = {0, 0, 0};
 }
 
 // All that FRONT has is then put down to single scattering, that of the surface too; c follows, at

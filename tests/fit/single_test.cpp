@@ -72,7 +72,7 @@ TEST(SharedSingle, IsNoneWhereRegionsTogetherShowNone) {
     EXPECT_FALSE(fit.single.fitted);
     EXPECT_EQ(fit.single.amplitude[1], 0);
     EXPECT_EQ(fit.single.doubt, Doubt::kNone);
-    EXPECT_TRUE(fit.single.why.starts_with("dropped: 0.00")) << fit.single.why;
+    EXPECT_TRUE(fit.single.why.starts_with("dropped: an amplitude of 0.00")) << fit.single.why;
   }
 }
 
