@@ -22,6 +22,7 @@ constexpr double kMostOffSurface_deg = 6;
 constexpr double kMostStripeMisfit = 0.1;
 constexpr double kLeastCoherence = 0.9;
 constexpr double kLeastDarkDots = 0.9;
+constexpr double kMostDotWrong = 0.06, kMostDotOff = 0.08;  // of the diameter
 constexpr double kLeastBetween = 0.8, kMostBetween = 1.06;
 constexpr double kMostFrontOff = 0.1, kMostLightOff = 0.05, kMostReflectedOff = 0.03;
 constexpr std::array<const char*, 3> kChannels = {"red", "green", "blue"};
@@ -52,6 +53,26 @@ double answered_share(const Labels& regions, const Image3& map) {
               fmt::format("positions: known for {:.1f} % of labelled pixels: are the FRINGE "
                           "photographs in order, and is the calibration theirs?",
                           100 * known));
+}
+
+// In projector pixels, what they measure against what is stated.
+void judge_dot_shape(const Patterns& stated, const DotsSeen& seen, LayeredFit* fit) {
+  put_figure("dots_off_px", seen.off_px, fit);
+  put_figure("dots_diameter_px", seen.diameter_px, fit);
+  const double wrong = std::abs(seen.diameter_px / stated.dot_diameter_px - 1);
+  const double most_off_px = kMostDotOff * stated.dot_diameter_px;
+  if (!(wrong > kMostDotWrong) && !(seen.off_px > most_off_px)) return;
+  poor(
+      {.name = "size and place of the dots",
+       .text = fmt::format("they miss the light of dots {:.1f} projector pixels wide, stated {:g}, "
+                           "at most {:g} % off, and lie {:.1f} pixels from where they are stated, "
+                           "median, at most {:.1f}: l_d is not to be believed",
+                           seen.diameter_px, stated.dot_diameter_px, 100 * kMostDotWrong,
+                           seen.off_px, most_off_px),
+       .figure = 100 * wrong,
+       .unit = "%",
+       .limit = 100 * kMostDotWrong},
+      fit);
 }
 
 }  // namespace
@@ -151,6 +172,7 @@ void judge_dots(const Session& session, const DotsSeen& seen, LayeredFit* fit) {
           .limit = 100 * kLeastDarkDots},
          fit);
   }
+  judge_dot_shape(session.patterns, seen, fit);
   for (int c = 0; c < 3; ++c) {
     const double between = double(seen.between[c]);
     put_figure(fmt::format("between_dots_{}", kChannels[size_t(c)]), between, fit);

@@ -29,6 +29,10 @@ TEST_F(HardCase, ABurstWithoutOneIsNotDoubted) {
   EXPECT_LT(figure.at("stripe_misfit"), 0.02);
   EXPECT_GT(figure.at("stripe_coherence"), 0.98);
   EXPECT_EQ(figure.at("dots_dark"), 1);
+  const Patterns patterns = read_session(scratch->path() / "session").patterns;
+  EXPECT_NEAR(figure.at("dots_diameter_px"), patterns.dot_diameter_px,
+              0.03 * patterns.dot_diameter_px);
+  EXPECT_LT(figure.at("dots_off_px"), 0.04 * patterns.dot_diameter_px);
   for (const char* channel : {"red", "green", "blue"}) {
     EXPECT_NEAR(figure.at(std::string("between_dots_") + channel), 1, 0.02);
     EXPECT_NEAR(figure.at(std::string("rerender_front_cross_") + channel), 0, 0.01);
@@ -90,6 +94,20 @@ TEST_F(HardCase, StripesInAnotherOrderAndDotsElsewhereDisagreeWithTheSurface) {
   const fit::LayeredFit found = session.fitted(fit::Step::kScattering);
   expect_says(found, "stripes against the surface");
   expect_says(found, "dots against their pattern");
+}
+
+// Failure: l_d was half as long again.
+TEST_F(HardCase, DotsThatAreNotAsStatedAreMeasured) {
+  for (const double larger : {1.2, 0.85}) {
+    SpoiltSession session = spoilt();
+    Json& diameter_px = session.manifest["patterns"]["dots"]["diameter_px"];
+    diameter_px = larger * double(diameter_px);
+    expect_says(session.fitted(fit::Step::kScattering), "size and place of the dots");
+  }
+  SpoiltSession session = spoilt();
+  Json& dots = session.manifest["patterns"]["dots"];
+  dots["offset_px"][0] = double(dots["offset_px"][0]) + 0.2 * double(dots["diameter_px"]);
+  expect_says(session.fitted(fit::Step::kScattering), "size and place of the dots");
 }
 
 TEST_F(HardCase, AStripeShiftThatIsNotThePhotographsIsSeen) {
