@@ -2,6 +2,7 @@
 // A Vec3 is a position in mm, a direction, or linear rgb, as its name says.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <opencv2/core.hpp>
@@ -20,6 +21,7 @@ using Labels = cv::Mat1b;       // 0 is background
 
 inline constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 inline constexpr float kPi = 3.14159265358979f;
+inline constexpr std::array<const char*, 3> kChannelNames{"red", "green", "blue"};
 
 inline float dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 

@@ -53,10 +53,10 @@ double bright_end(const Image3& image) {
 }  // namespace
 
 std::vector<cv::Point> pixels_to_check(const Labels& labels, const Image3& front_cross) {
-  const double lit = labels.empty() ? kLitShare * bright_end(front_cross) : 0;
   const bool has_labels = !labels.empty();
+  const double lit = has_labels ? 0 : kLitShare * bright_end(front_cross);
   const auto is_inside = [&](int y, int x) {
-    return !has_labels ? mean(front_cross(y, x)) > lit : labels(y, x) > 0;
+    return has_labels ? labels(y, x) > 0 : mean(front_cross(y, x)) > lit;
   };
   std::vector<size_t> before(size_t(front_cross.rows) + 1, 0);  // pixels above each row
   parallel_for(front_cross.rows, [&](int y) {

@@ -31,14 +31,13 @@ Vec3 light_in(const CheckedFrames& in, const Frame& f) {
 
 // What of the light that a photograph should have it has not: "", "light", "green light".
 std::string missing_light(const CheckedFrames& in, const Frame& frame) {
-  static constexpr std::array<const char*, 3> kChannels{"red", "green", "blue"};
   const Frame* all_of_it = whole_light(in, frame);
   const Vec3 light = light_in(in, frame), whole = light_in(in, *all_of_it);
   if (mean(whole) <= kLeastLight) return &frame == all_of_it ? "light" : "";  // that one is named
   if (mean(light) <= kLeastShare * mean(whole)) return "light";
   for (int c = 0; c < 3; ++c) {
     if (light[c] <= kLeastOfColour * mean(light))
-      return kChannels[size_t(c)] + std::string(" light");
+      return kChannelNames[size_t(c)] + std::string(" light");
   }
   return "";
 }

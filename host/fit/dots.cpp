@@ -1,10 +1,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <opencv2/imgproc.hpp>
 
 #include "base/filled.h"
 #include "base/parallel.h"
+#include "fit/box_sums.h"
 #include "fit/channel_fit.h"
 #include "fit/order_statistics.h"
 #include "fit/scattering.h"
@@ -46,8 +46,7 @@ std::array<ShallowLight, 3> shallow_light(const Burst& burst, const Separation& 
 
 // "blue's " and what is said of it, after what was said before.
 void add_why(const std::string& of_channel, size_t channel, std::string* why) {
-  static constexpr std::array<const char*, 3> kChannels{"red", "green", "blue"};
-  *why += (why->empty() ? "" : "; ") + std::string(kChannels[channel]) + "'s " + of_channel;
+  *why += (why->empty() ? "" : "; ") + std::string(kChannelNames[channel]) + "'s " + of_channel;
 }
 
 // "blue's alpha_dot, 0.02, is the fit's own bound".
@@ -186,19 +185,6 @@ float trust_in_ld(const RegionScattering& region) {
   return float(1 / (1 + relative / kSpreadAtHalfTrust));
 }
 
-// Sums over a square around every pixel, without an end: bands of rows side by side.
-template <class Image>
-Image sums_around(const Image& image, int width_px) {
-  const int band = std::max(64, width_px);
-  Image sums(image.size());
-  parallel_for((image.rows + band - 1) / band, [&](int i) {
-    const cv::Range rows(i * band, std::min(image.rows, (i + 1) * band));
-    Image to = sums.rowRange(rows);
-    cv::boxFilter(image.rowRange(rows), to, -1, {width_px, width_px}, {-1, -1}, false);
-  });
-  return sums;
-}
-
 // Of every pixel l_d, and how far it is to be believed.
 void blend_ld(const Burst& burst, Scattering* scattering) {
   const cv::Size size = burst.regions.size();
@@ -219,8 +205,8 @@ void blend_ld(const Burst& burst, Scattering* scattering) {
   const Camera& camera = burst.session->left;
   const double px_per_mm = 1 / camera.pixel_mm();
   const int width = std::max(1, int(kBlend_mm * px_per_mm)) | 1;
-  sum = sums_around(sum, width);
-  weight = sums_around(weight, width);
+  sum = box_sums(sum, width);
+  weight = box_sums(weight, width);
   scattering->deep_ld_mm = filled<Image3>(size, Vec3(kNaN, kNaN, kNaN));
   scattering->ld_confidence = filled<Image1>(size, 0.f);
   parallel_for(size.height, [&](int y) {

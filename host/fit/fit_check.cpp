@@ -25,15 +25,30 @@ constexpr double kLeastDarkDots = 0.9;
 constexpr double kMostDotWrong = 0.06, kMostDotOff = 0.08;  // of the diameter
 constexpr double kLeastBetween = 0.8, kMostBetween = 1.06;
 constexpr double kMostFrontOff = 0.1, kMostLightOff = 0.05, kMostReflectedOff = 0.03;
-constexpr std::array<const char*, 3> kChannels = {"red", "green", "blue"};
 
 void put_figure(const std::string& name, double value, LayeredFit* fit) {
   if (std::isfinite(value)) (*fit->layers.mutable_checks())[name] = value;
 }
 
+// One figure a channel. Returns the furthest from 0.
+double put_light_off(const std::string& name, const std::array<double, 3>& off, LayeredFit* fit) {
+  double most = 0;
+  for (size_t c = 0; c < 3; ++c) {
+    put_figure(name + "_" + kChannelNames[c], off[c], fit);
+    most = std::max(most, std::abs(off[c]));
+  }
+  return most;
+}
+
 void poor(CheckLine line, LayeredFit* fit) {
   line.grade = Grade::kPoor;
   fit->check.lines.push_back(std::move(line));
+}
+
+// A share, and the limit that it is beyond.
+void poor_share(const std::string& name, const std::string& text, double share, double limit,
+                LayeredFit* fit) {
+  poor({.name = name, .text = text, .figure = 100 * share, .unit = "%", .limit = 100 * limit}, fit);
 }
 
 double answered_share(const Labels& regions, const Image3& map) {
@@ -48,13 +63,6 @@ double answered_share(const Labels& regions, const Image3& map) {
   return asked > 0 ? known / asked : std::nan("");
 }
 
-[[noreturn]] void refuse_surface(double known) {
-  throw Error(Fault::kBadInput, "not usable",
-              fmt::format("positions: known for {:.1f} % of labelled pixels: are the FRINGE "
-                          "photographs in order, and is the calibration theirs?",
-                          100 * known));
-}
-
 // In projector pixels, what they measure against what is stated.
 void judge_dot_shape(const Patterns& stated, const DotsSeen& seen, LayeredFit* fit) {
   put_figure("dots_off_px", seen.off_px, fit);
@@ -62,55 +70,69 @@ void judge_dot_shape(const Patterns& stated, const DotsSeen& seen, LayeredFit* f
   const double wrong = std::abs(seen.diameter_px / stated.dot_diameter_px - 1);
   const double most_off_px = kMostDotOff * stated.dot_diameter_px;
   if (!(wrong > kMostDotWrong) && !(seen.off_px > most_off_px)) return;
-  poor(
-      {.name = "size and place of the dots",
-       .text = fmt::format("they miss the light of dots {:.1f} projector pixels wide, stated {:g}, "
-                           "at most {:g} % off, and lie {:.1f} pixels from where they are stated, "
-                           "median, at most {:.1f}: l_d is not to be believed",
-                           seen.diameter_px, stated.dot_diameter_px, 100 * kMostDotWrong,
-                           seen.off_px, most_off_px),
-       .figure = 100 * wrong,
-       .unit = "%",
-       .limit = 100 * kMostDotWrong},
-      fit);
+  poor_share("size and place of the dots",
+             fmt::format("they miss the light of dots {:.1f} projector pixels wide, stated {:g}, "
+                         "at most {:g} % off, and lie {:.1f} pixels from where they are stated, "
+                         "median, at most {:.1f}: l_d is not to be believed",
+                         seen.diameter_px, stated.dot_diameter_px, 100 * kMostDotWrong, seen.off_px,
+                         most_off_px),
+             wrong, kMostDotWrong, fit);
+}
+
+// Over FRONT's light, per channel.
+void judge_between_dots(const Vec3& between, LayeredFit* fit) {
+  int worst = -1;
+  for (int c = 0; c < 3; ++c) {
+    put_figure(std::string("between_dots_") + kChannelNames[size_t(c)], double(between[c]), fit);
+    const bool is_off = double(between[c]) < kLeastBetween || double(between[c]) > kMostBetween;
+    if (is_off && (worst < 0 || std::abs(between[c] - 1) > std::abs(between[worst] - 1))) worst = c;
+  }
+  if (worst < 0) return;
+  poor({.name = "light between the dots",
+        .text = fmt::format("{:.2f} {:.2f} {:.2f} of FRONT's in red, green and blue, {:g} to {:g}: "
+                            "l_d is not to be believed",
+                            between[0], between[1], between[2], kLeastBetween, kMostBetween),
+        .figure = double(between[worst]),
+        .unit = "",
+        .limit = between[worst] > 1 ? kMostBetween : kLeastBetween},
+       fit);
 }
 
 }  // namespace
 
 void require_surface(const Burst& burst, const Geometry& geometry) {
-  const Mask measured = geometry.measured & (burst.regions > 0);
-  if (cv::countNonZero(measured) == 0) refuse_surface(0);
+  if (burst.mesh) return;
+  const Mask labelled = burst.regions > 0;
+  const double share =
+      double(cv::countNonZero(geometry.measured & labelled)) / double(cv::countNonZero(labelled));
+  if (share >= kNoSurface) return;
+  throw Error(Fault::kBadInput, "not usable",
+              fmt::format("positions: measured for {:.1f} % of labelled pixels: are the FRINGE "
+                          "photographs in order, and is the calibration theirs?",
+                          100 * share));
 }
 
 void judge_positions(const Burst& burst, LayeredFit* fit) {
   if (burst.mesh) return;
   const double share = answered_share(fit->maps.regions, fit->maps.position_mm);
   const double least = burst.has_given_regions ? kLeastPosition : kLeastPositionOfFound;
-  if (share < kNoSurface) refuse_surface(share);
   put_figure("position_answered", share, fit);
   if (!(share < least)) return;
-  poor(
-      {.name = "positions",
-       .text = fmt::format("known for {:.1f} % of labelled pixels, at least {:g} %: the fringes do "
-                           "not agree with the calibration, or are not seen",
-                           100 * share, 100 * least),
-       .figure = 100 * share,
-       .unit = "%",
-       .limit = 100 * least},
-      fit);
+  poor_share("positions",
+             fmt::format("known for {:.1f} % of labelled pixels, at least {:g} %: the fringes do "
+                         "not agree with the calibration, or are not seen",
+                         100 * share, 100 * least),
+             share, least, fit);
 }
 
 void judge_right(const Geometry& geometry, LayeredFit* fit) {
   put_figure("right_camera_agrees", geometry.agreed, fit);
   if (!(geometry.agreed < kLeastAgreed)) return;
-  poor({.name = "right camera",
-        .text = fmt::format("agrees with {:.1f} % of what the left one and the projector measured, "
-                            "at least {:g} %: one of them is not where the calibration says",
-                            100 * geometry.agreed, 100 * kLeastAgreed),
-        .figure = 100 * geometry.agreed,
-        .unit = "%",
-        .limit = 100 * kLeastAgreed},
-       fit);
+  poor_share("right camera",
+             fmt::format("agrees with {:.1f} % of what the left one and the projector measured, at "
+                         "least {:g} %: one of them is not where the calibration says",
+                         100 * geometry.agreed, 100 * kLeastAgreed),
+             geometry.agreed, kLeastAgreed, fit);
 }
 
 void judge_surface(const Burst& burst, const Geometry& geometry, const Normals& normals,
@@ -134,15 +156,12 @@ void judge_stripes(const Session& session, const Separation& separation, Layered
   put_figure("stripe_misfit", misfit, fit);
   put_figure("stripe_coherence", coherence, fit);
   if (misfit > kMostStripeMisfit) {
-    poor({.name = "stripes against their pattern",
-          .text = fmt::format("{:.1f} % of their contrast, squared, is not explained, median, at "
-                              "most {:g} %: shallow and deep are not to be believed; state period "
-                              "and shift as they were",
-                              100 * misfit, 100 * kMostStripeMisfit),
-          .figure = 100 * misfit,
-          .unit = "%",
-          .limit = 100 * kMostStripeMisfit},
-         fit);
+    poor_share("stripes against their pattern",
+               fmt::format("{:.1f} % of their contrast, squared, is not explained, median, at most "
+                           "{:g} %: shallow and deep are not to be believed; state period and "
+                           "shift as they were",
+                           100 * misfit, 100 * kMostStripeMisfit),
+               misfit, kMostStripeMisfit, fit);
   }
   if (coherence < kLeastCoherence) {
     poor({.name = "stripes against the surface",
@@ -162,71 +181,39 @@ void judge_dots(const Session& session, const DotsSeen& seen, LayeredFit* fit) {
   const double dark = double(seen.dark) / seen.dots;
   put_figure("dots_dark", dark, fit);
   if (dark < kLeastDarkDots) {
-    poor({.name = "dots against their pattern",
-          .text =
-              fmt::format("{} of {} are dark where the pattern has them, at least {:g} %: l_d is "
-                          "not to be believed",
-                          seen.dark, seen.dots, 100 * kLeastDarkDots),
-          .figure = 100 * dark,
-          .unit = "%",
-          .limit = 100 * kLeastDarkDots},
-         fit);
+    poor_share("dots against their pattern",
+               fmt::format("{} of {} are dark where the pattern has them, at least {:g} %: l_d is "
+                           "not to be believed",
+                           seen.dark, seen.dots, 100 * kLeastDarkDots),
+               dark, kLeastDarkDots, fit);
   }
   judge_dot_shape(session.patterns, seen, fit);
-  for (int c = 0; c < 3; ++c) {
-    const double between = double(seen.between[c]);
-    put_figure(fmt::format("between_dots_{}", kChannels[size_t(c)]), between, fit);
-    if (!(between < kLeastBetween) && !(between > kMostBetween)) continue;
-    poor({.name = "light between the dots",
-          .text = fmt::format("{} is {:.2f} of FRONT's, {:g} to {:g}: l_d is not to be believed",
-                              kChannels[size_t(c)], between, kLeastBetween, kMostBetween),
-          .figure = between,
-          .unit = "",
-          .limit = between > 1 ? kMostBetween : kLeastBetween},
-         fit);
-  }
+  judge_between_dots(seen.between, fit);
 }
 
 void judge_parallel(const RerenderResiduals& residuals, LayeredFit* fit) {
   const std::array<double, 3>& light = residuals.front_parallel_off;
-  double most = 0;
-  for (int c = 0; c < 3; ++c) {
-    put_figure(fmt::format("rerender_front_parallel_{}", kChannels[size_t(c)]), light[size_t(c)],
-               fit);
-    most = std::max(most, std::abs(light[size_t(c)]));
-  }
+  const double most = put_light_off("rerender_front_parallel", light, fit);
   if (!(most > kMostReflectedOff)) return;
-  poor(
-      {.name = "FRONT parallel, drawn from the layers",
-       .text = fmt::format("{:+.1f} {:+.1f} {:+.1f} % off in red, green and blue, at most {:g} %: "
-                           "the LEDs tell of more or less reflection than the projector; state the "
-                           "exposures of parallel photographs as they were",
-                           100 * light[0], 100 * light[1], 100 * light[2], 100 * kMostReflectedOff),
-       .figure = 100 * most,
-       .unit = "%",
-       .limit = 100 * kMostReflectedOff},
-      fit);
+  poor_share("FRONT parallel, drawn from the layers",
+             fmt::format("{:+.1f} {:+.1f} {:+.1f} % off in red, green and blue, at most {:g} %: "
+                         "the LEDs tell of more or less reflection than the projector; state the "
+                         "exposures of parallel photographs as they were",
+                         100 * light[0], 100 * light[1], 100 * light[2], 100 * kMostReflectedOff),
+             most, kMostReflectedOff, fit);
 }
 
 void judge_rerender(const RerenderResiduals& residuals, LayeredFit* fit) {
   const std::array<double, 3>& light = residuals.front_cross_off;
-  double most = 0;
-  for (int c = 0; c < 3; ++c) {
-    put_figure(fmt::format("rerender_front_cross_{}", kChannels[size_t(c)]), light[size_t(c)], fit);
-    most = std::max(most, std::abs(light[size_t(c)]));
-  }
+  const double most = put_light_off("rerender_front_cross", light, fit);
   if (!(residuals.front_cross > kMostFrontOff) && !(most > kMostLightOff)) return;
-  poor(
-      {.name = "FRONT crossed, drawn from the layers",
-       .text = fmt::format("{:.1f} % off, RMS, at most {:g} %, and by {:+.1f} {:+.1f} {:+.1f} % in "
-                           "red, green and blue, at most {:g} %: the LEDs tell of another albedo "
-                           "than the projector; state exposures and colours as they were",
-                           100 * residuals.front_cross, 100 * kMostFrontOff, 100 * light[0],
-                           100 * light[1], 100 * light[2], 100 * kMostLightOff),
-       .figure = 100 * residuals.front_cross,
-       .unit = "%",
-       .limit = 100 * kMostFrontOff},
-      fit);
+  poor_share("FRONT crossed, drawn from the layers",
+             fmt::format("{:.1f} % off, RMS, at most {:g} %, and by {:+.1f} {:+.1f} {:+.1f} % in "
+                         "red, green and blue, at most {:g} %: the LEDs tell of another albedo "
+                         "than the projector; state exposures and colours as they were",
+                         100 * residuals.front_cross, 100 * kMostFrontOff, 100 * light[0],
+                         100 * light[1], 100 * light[2], 100 * kMostLightOff),
+             residuals.front_cross, kMostFrontOff, fit);
 }
 
 }  // namespace lamella::fit

@@ -9,7 +9,7 @@
 
 namespace lamella::fit {
 
-// Throws Error where no labelled pixel was triangulated, or none is seen by the mesh.
+// Throws Error where hardly any labelled pixel was triangulated. Of a mesh, mesh_depth() does.
 void require_surface(const Burst& burst, const Geometry& geometry);
 
 // Each of these puts its figures among the report's checks, and a line that is poor to `fit->check`

@@ -403,10 +403,9 @@ SlabProfiles fit_layered_profiles(const RadialProfile& kernel, const DeepProfile
 }
 
 size_t best_slab(const std::array<SlabProfiles, 3>& channels) {
-  const auto cost = [&](size_t slab) { return cost_of_slab(channels, slab); };
   size_t best = 0;
   for (size_t slab = 1; slab < kSlabs_mm.size(); ++slab) {
-    if (cost(slab) < cost(best)) best = slab;
+    if (cost_of_slab(channels, slab) < cost_of_slab(channels, best)) best = slab;
   }
   return best;
 }

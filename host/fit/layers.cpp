@@ -144,6 +144,7 @@ void run_steps(Step until, LayerUse use, Burst* burst, Course* course, LayeredFi
 
   Geometry geometry = timed(course, "geometry", [&] { return reconstruct_geometry(*burst); });
   require_surface(*burst, geometry);
+  judge_right(geometry, fit);
   forget_fringes(burst);
   remove_pattern_extinction(geometry, burst);
   if (until == Step::kGeometry) {
@@ -152,7 +153,6 @@ void run_steps(Step until, LayerUse use, Burst* burst, Course* course, LayeredFi
     const Normals normals =
         timed(course, "normals", [&] { return estimate_normals(*burst, &geometry); });
     report_normals(normals, fit);
-    judge_right(geometry, fit);
     judge_surface(*burst, geometry, normals, fit);
     if (until >= Step::kRegions) {
       timed(course, "regions", [&] { return settle_regions(geometry, normals, burst); });

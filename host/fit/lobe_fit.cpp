@@ -20,7 +20,7 @@ constexpr double kBorrowed = 0.5;            // samples' worth of the whole face
 constexpr double kSharedError = 1.6;         // of a lobe, over what the jackknife sees
 constexpr double kTileSingleError = 0.02;    // relative, that no tile shows
 constexpr double kTileLobeError = 0.01;      // the same of a lobe
-constexpr double kTailError = 0.0005;        // of its peak: what errors of the normals spread of it
+constexpr double kLobeTailError = 0.0005;    // of its peak: what errors of the normals spread of it
 constexpr double kScaleSigma = 0.02;         // of the lobe's integral, 1 by definition
 constexpr float kPeakCosine = 0.98480775f;   // 10 degrees
 constexpr int kEnoughAtPeak = 5;             // samples within them
@@ -179,7 +179,7 @@ void set_deviations(const Blocks& blocks, const Equations& face, RegionFit* fit)
   for (size_t i = 0; i < variance.size(); ++i) {
     fit->lobe.p_stddev.push_back(std::hypot(kSharedError * std::sqrt(variance[i]),
                                             kTileLobeError * fit->lobe.p[i],
-                                            kTailError * fit->lobe.p[0]));
+                                            kLobeTailError * fit->lobe.p[0]));
   }
   fit->lobe.gaussian_m_stddev = kSharedError * std::sqrt(m_variance);
   for (size_t c = 0; c < 3; ++c) {

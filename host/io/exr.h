@@ -42,8 +42,8 @@ std::string size_words(cv::Size size);
 // Names of the channels of a file, sorted.
 std::vector<std::string> exr_channels(const fs::path& path);
 
-// All images of one size. ZIP compressed, through a temporary file and a rename. `around`: what the
-// file has beside them.
+// All images of one size. Compressed as `type` says, through a temporary file and a rename.
+// `around`: what the file has beside them.
 void write_exr(const fs::path& path, const std::vector<std::pair<std::string, Image1>>& channels,
                PixelType type = PixelType::kFloat,
                const std::optional<ExrSurroundings>& around = std::nullopt);

@@ -63,7 +63,7 @@ TEST_F(HardCase, ACameraThatIsElsewhereAgreesWithNoOther) {
   SpoiltSession session = spoilt();
   Json& x_mm = session.manifest["rig"]["cameras"][0]["translation_mm"][0];
   x_mm = double(x_mm) + 5;
-  expect_says(session.fitted(fit::Step::kNormals), "right camera");
+  expect_says(session.fitted(fit::Step::kGeometry), "right camera");
 }
 
 TEST_F(HardCase, FringesInAnotherOrderAreRefusedForWhatTheyAre) {
