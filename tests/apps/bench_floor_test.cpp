@@ -218,7 +218,9 @@ TEST_F(FloorBench, GivesAStepTheTruthOfAllButWhatItEstimates) {
       return found_by(step, spoilt);
     };
     EXPECT_TRUE(found == found_with(step_case.own));
-    if (step_case.given) EXPECT_FALSE(found == found_with(step_case.given));
+    if (step_case.given) {
+      EXPECT_FALSE(found == found_with(step_case.given));
+    }
   }
 }
 

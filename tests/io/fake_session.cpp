@@ -102,10 +102,10 @@ float pattern_value(const Scene& scene, const v1::Frame& frame, const cv::Vec2d&
       x = 0.5 +
           0.5 * std::cos(2 * CV_PI * (std::pow(4, frame.index()) * u / 1280 + (channel - 1) / 3.0));
       break;
-    case v1::Frame::DOTS: {
+    case v1::Frame::DOTS: {  // what skin scatters into a dot is missing around it
       const double p = 53.33, du = std::remainder(fine * (u - 640), p),
-                   dv = std::remainder(fine * (v - 400), p);
-      x = du * du + dv * dv < 100 ? 0.3 : 1;
+                   dv = std::remainder(fine * (v - 400), p), r2 = du * du + dv * dv;
+      x = r2 < 100 ? 0.3 : r2 < 400 ? 0.9 : 1;
       break;
     }
     default:

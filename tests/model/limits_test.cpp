@@ -87,7 +87,9 @@ TEST(ModelLimits, GrazingLightAndViewFromAnySideGiveNumbers) {
         EXPECT_TRUE(std::isfinite(surface) && surface >= 0) << grazing << " " << azimuth;
         const Vec3 h = unit(l + v);
         const float bound = 2.01f * lobe.density(1) * h[2] / dot(v, h);
-        if (l[2] > 0) EXPECT_LE(surface * l[2], bound) << grazing << " " << azimuth;
+        if (l[2] > 0) {
+          EXPECT_LE(surface * l[2], bound) << grazing << " " << azimuth;
+        }
         const float single = single_scattering(clean, 0.65f, n, l, v);
         EXPECT_TRUE(std::isfinite(single) && single >= 0) << grazing << " " << azimuth;
       }
