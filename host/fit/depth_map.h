@@ -6,6 +6,12 @@
 
 namespace lamella::fit {
 
+// The right camera's word on what the left one and the projector measured; NaN without one.
+struct Agreement {
+  double share = std::numeric_limits<double>::quiet_NaN();     // of the points, that both agree on
+  double apart_px = std::numeric_limits<double>::quiet_NaN();  // in its photograph, median, signed
+};
+
 struct DepthMap {
   Image1 distance_mm;   // along the ray; NaN where nothing was measured
   Image1 sigma_mm;      // one sigma, from the camera's noise
@@ -13,7 +19,7 @@ struct DepthMap {
   float px_mm = 1;      // size of a pixel on the face
   int penumbra_px = 3;  // beside a gap: scattered light alone is seen there; 0 of a mesh
   Image1 bias_mm = {};  // one sigma, from light that scattered on its way; of no mesh
-  double agreed = std::numeric_limits<double>::quiet_NaN();  // share that the right camera confirms
+  Agreement right = {};
 
   void forget(int y, int x) { distance_mm(y, x) = sigma_mm(y, x) = u_px(y, x) = kNaN; }
 };

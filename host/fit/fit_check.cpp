@@ -18,7 +18,11 @@ namespace {
 constexpr double kLeastPosition = 0.97, kLeastPositionOfFound = 0.85;
 constexpr double kNoSurface = 0.1;  // specks: nothing that a map or an export could show
 constexpr double kLeastAgreed = 0.5;
+constexpr double kMostApart_px = 0.25;  // what a calibration is good to; good sessions have 0.01
+constexpr double kMostFullOff = 0.01;   // 7 % of c; good sessions have 0.1 %
 constexpr double kMostOffSurface_deg = 6;
+constexpr double kMostBlackOff =
+    0.002;  // l_d 4 to 7 %; good sessions have 0.0002, dark skin 0.0007
 constexpr double kMostStripeMisfit = 0.1;
 constexpr double kLeastCoherence = 0.9;
 constexpr double kLeastDarkDots = 0.9;
@@ -126,13 +130,51 @@ void judge_positions(const Burst& burst, LayeredFit* fit) {
 }
 
 void judge_right(const Geometry& geometry, LayeredFit* fit) {
-  put_figure("right_camera_agrees", geometry.agreed, fit);
-  if (!(geometry.agreed < kLeastAgreed)) return;
-  poor_share("right camera",
-             fmt::format("agrees with {:.1f} % of what the left one and the projector measured, at "
-                         "least {:g} %: one of them is not where the calibration says",
-                         100 * geometry.agreed, 100 * kLeastAgreed),
-             geometry.agreed, kLeastAgreed, fit);
+  const Agreement& right = geometry.right;
+  put_figure("right_camera_agrees", right.share, fit);
+  put_figure("right_camera_apart_px", right.apart_px, fit);
+  if (right.share < kLeastAgreed) {
+    poor_share("right camera",
+               fmt::format("agrees with {:.1f} % of what the left one and the projector measured, "
+                           "at least {:g} %: one of them is not where the calibration says",
+                           100 * right.share, 100 * kLeastAgreed),
+               right.share, kLeastAgreed, fit);
+  } else if (std::abs(right.apart_px) > kMostApart_px) {
+    poor({.name = "right camera",
+          .text = fmt::format("sees what the left one and the projector measured {:+.2f} pixels "
+                              "aside, median, at most {:g}: one of them is not where the "
+                              "calibration says",
+                              right.apart_px, kMostApart_px),
+          .figure = right.apart_px,
+          .unit = "pixels",
+          .limit = kMostApart_px},
+         fit);
+  }
+}
+
+void judge_full(const LedGains& gains, LayeredFit* fit) {
+  if (!gains.is_known) return;
+  const double off = (gains.gradient[0] + gains.gradient[1] + gains.gradient[2]) / 3;
+  put_figure("gradients_over_full", off, fit);
+  if (!(std::abs(off) > kMostFullOff)) return;
+  poor_share("GRADIENT_FULL against the gradients",
+             fmt::format("crossed, they are {:.1f} % {} than it and the positions ask for, mean of "
+                         "X, Y and Z, at most {:g} %: c is not to be believed; state the exposure "
+                         "of each as it was",
+                         100 * std::abs(off), off > 0 ? "brighter" : "darker", 100 * kMostFullOff),
+             off, kMostFullOff, fit);
+}
+
+void judge_black(const BlackLevels& black, LayeredFit* fit) {
+  const double off = black.by_stripes - black.by_black;
+  put_figure("black_level_by_stripes", black.by_stripes, fit);
+  if (!(std::abs(off) > kMostBlackOff)) return;
+  poor_share("BLACK against STRIPES",
+             fmt::format("{:.2f} % of white, and {:.2f} % by what STRIPES have beyond FRONT, at "
+                         "most {:g} % apart: l_d is not to be believed; keep what the projector "
+                         "emits when it is black, and state exposures as they were",
+                         100 * black.by_black, 100 * black.by_stripes, 100 * kMostBlackOff),
+             off, kMostBlackOff, fit);
 }
 
 void judge_surface(const Burst& burst, const Geometry& geometry, const Normals& normals,

@@ -3,6 +3,7 @@
 // smoothly and to figures that are far off. But most of what is fitted is told twice.
 #pragma once
 
+#include "fit/black_check.h"
 #include "fit/dot_check.h"
 #include "fit/layers.h"
 #include "fit/rerender.h"
@@ -22,9 +23,15 @@ void judge_positions(const Burst& burst, LayeredFit* fit);
 // The left camera's positions against the right one's.
 void judge_right(const Geometry& geometry, LayeredFit* fit);
 
+// The gradients against GRADIENT_FULL, all crossed: c is what FULL has beyond its crossed light.
+void judge_full(const LedGains& gains, LayeredFit* fit);
+
 // Normals against positions.
 void judge_surface(const Burst& burst, const Geometry& geometry, const Normals& normals,
                    LayeredFit* fit);
+
+// BLACK, without which dots are not as dark as they are, against STRIPES.
+void judge_black(const BlackLevels& black, LayeredFit* fit);
 
 // STRIPES and DOTS against their patterns on the surface, where the camera resolves these.
 void judge_stripes(const Session& session, const Separation& separation, LayeredFit* fit);

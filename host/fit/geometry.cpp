@@ -100,7 +100,7 @@ DepthMap triangulated_depth(const Burst& burst) {
                                        burst.right_noise, burst.clipped_right});
                 });
   if (has_right) {
-    depth.agreed = refine_with_right(session.left, *session.right, projector, right, &depth);
+    depth.right = refine_with_right(session.left, *session.right, projector, right, &depth);
   } else {
     believe_alone(&depth);
   }
@@ -159,7 +159,7 @@ Geometry geometry_at(const Burst& burst, const DepthMap& depth, const Mask& meas
              filled<Image1>(size, kNaN),
              filled<Image3>(size, nowhere),
              measured,
-             depth.agreed};
+             depth.right};
   parallel_for(size.height, [&](int y) {
     for (int x = 0; x < size.width; ++x) {
       const float mm = depth.distance_mm(y, x);

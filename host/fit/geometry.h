@@ -4,6 +4,7 @@
 #pragma once
 
 #include "fit/burst.h"
+#include "fit/depth_map.h"
 
 namespace lamella::fit {
 
@@ -18,7 +19,7 @@ struct Geometry {
                     // casts shadows
   Mask measured;  // 255 where the pixel's own light was triangulated, or the mesh is seen, 0 where
                   // its depth is carried over from its neighbours
-  double agreed = std::numeric_limits<double>::quiet_NaN();  // share that the right camera confirms
+  Agreement right = {};
 };
 
 Geometry reconstruct_geometry(const Burst& burst);

@@ -153,6 +153,7 @@ void run_steps(Step until, LayerUse use, Burst* burst, Course* course, LayeredFi
     const Normals normals =
         timed(course, "normals", [&] { return estimate_normals(*burst, &geometry); });
     report_normals(normals, fit);
+    judge_full(normals.led_gains, fit);
     judge_surface(*burst, geometry, normals, fit);
     if (until >= Step::kRegions) {
       timed(course, "regions", [&] { return settle_regions(geometry, normals, burst); });
@@ -166,6 +167,7 @@ void run_steps(Step until, LayerUse use, Burst* burst, Course* course, LayeredFi
         },
         [&] { report_geometry(*burst, geometry, fit); });
     report_skin(until, skin, fit);
+    if (until >= Step::kSeparate) judge_black(compare_black(*burst), fit);
     if (until >= Step::kSeparate) judge_stripes(*burst->session, skin.separation, fit);
     if (until >= Step::kScattering) {
       judge_dots(*burst->session, look_for_dots(*burst, geometry), fit);

@@ -1,10 +1,10 @@
 #include "fit/stereo.h"
 
 #include <algorithm>
-#include <numeric>
 #include <vector>
 
 #include "base/parallel.h"
+#include "fit/order_statistics.h"
 #include "fit/smooth.h"
 #include "fit/triangulate.h"
 
@@ -18,6 +18,7 @@ constexpr double kLeastSlope = 0.1;    // px per mm: below it a column says litt
 constexpr double kSeenThroughMm = 3;   // what the right camera sees behind a point denies it
 constexpr double kDisagreementMm = 1;  // beyond the noise, between the pair and the projector
 constexpr double kDoubt = 0.2;         // share of the disagreement that stays in the answer
+constexpr int kApartStep_px = 3;       // how far cameras are apart is looked at in every third row
 
 // Column and distance in the right image between pixels; NaN at silhouettes and holes.
 struct DepthSample {
@@ -42,6 +43,7 @@ struct Match {
   enum { kNone, kDenied, kFound } verdict = kNone;
   double distance_mm = 0;
   double u_px_per_mm = 0;  // how fast the columns drift apart along the left ray
+  double px_per_mm = 0;    // and the point in the right image
 };
 
 double sigma_alone_mm(const DepthMap& depth, int y, int x) {
@@ -71,7 +73,10 @@ Match match(const Ray& ray, double start_mm, double u_px, const Camera& camera,
     const double behind_mm = here.distance_mm - cv::norm(point - centre);
     if (round == 0 && behind_mm > kSeenThroughMm) m.verdict = Match::kDenied;
     if (!(std::abs(behind_mm) < kSeenThroughMm)) return m;
-    if (round == 0) m.u_px_per_mm = column_slope(right, s);
+    if (round == 0) {
+      m.u_px_per_mm = column_slope(right, s);
+      m.px_per_mm = s.px_per_mm[0];
+    }
     if (!(std::abs(m.u_px_per_mm) > kLeastSlope)) return m;
     const double off_mm = (here.u_px - u_px) / m.u_px_per_mm;
     m.distance_mm -= off_mm;
@@ -81,17 +86,36 @@ Match match(const Ray& ray, double start_mm, double u_px, const Camera& camera,
   return m;
 }
 
+// What a row of points says of both cameras.
+struct WordOfRow {
+  int points = 0, agreed = 0;
+  std::vector<float> apart_px;
+};
+
+Agreement agreement_of(const std::vector<WordOfRow>& rows) {
+  WordOfRow all;
+  for (const WordOfRow& row : rows) {
+    all.points += row.points;
+    all.agreed += row.agreed;
+    all.apart_px.insert(all.apart_px.end(), row.apart_px.begin(), row.apart_px.end());
+  }
+  Agreement agreement{double(all.agreed) / std::max(1, all.points)};
+  if (!all.apart_px.empty()) agreement.apart_px = double(median_of(&all.apart_px));
+  return agreement;
+}
+
 }  // namespace
 
-double refine_with_right(const Camera& left_camera, const Camera& right_camera,
-                         const Camera& projector, const DepthMap& right, DepthMap* left) {
+Agreement refine_with_right(const Camera& left_camera, const Camera& right_camera,
+                            const Camera& projector, const DepthMap& right, DepthMap* left) {
   const Vec3d centre = left_camera.centre_mm();
-  std::vector<cv::Vec2d> rows(size_t(left->distance_mm.rows));  // points, and those agreed on
+  std::vector<WordOfRow> rows(size_t(left->distance_mm.rows));
   parallel_for(left->distance_mm.rows, [&](int y) {
+    WordOfRow& word = rows[size_t(y)];
     for (int x = 0; x < left->distance_mm.cols; ++x) {
       float& mm = left->distance_mm(y, x);
       if (std::isnan(mm)) continue;
-      rows[size_t(y)][0] += 1;
+      ++word.points;
       const Ray ray{centre, left_camera.ray(x, y)};
       const Match m = match(ray, mm, left->u_px(y, x), right_camera, right);
       if (m.verdict == Match::kDenied) {
@@ -108,18 +132,18 @@ double refine_with_right(const Camera& left_camera, const Camera& right_camera,
       const double pair = std::sqrt(2.) * sigma_u_px / std::abs(m.u_px_per_mm);
       const double apart = m.distance_mm - mm;
       const double doubt = kDoubt * apart;
+      if (y % kApartStep_px == 0) word.apart_px.push_back(float(apart * m.px_per_mm));
       if (std::abs(apart) > kDisagreementMm + 3 * (alone + pair)) {
         left->sigma_mm(y, x) = float(cv::norm(cv::Vec2d(alone, doubt)));
         continue;
       }
-      rows[size_t(y)][1] += 1;
+      ++word.agreed;
       const double w = alone * alone / (alone * alone + pair * pair);
       mm += float(w * apart);
       left->sigma_mm(y, x) = float(cv::norm(cv::Vec2d(std::sqrt(w) * pair, doubt)));
     }
   });
-  const cv::Vec2d all = std::accumulate(rows.begin(), rows.end(), cv::Vec2d(0, 0));
-  return all[1] / std::max(1.0, all[0]);
+  return agreement_of(rows);
 }
 
 void believe_alone(DepthMap* depth) {

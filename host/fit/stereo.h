@@ -9,9 +9,9 @@ namespace lamella::fit {
 // curved surface, but by the same amount for both cameras: the pair that sees the same column is
 // free of that error, and noise is less as the rays are further apart. Points through which the
 // right camera sees something that lies behind are dropped. Those that it does not see are left to
-// `left` alone. Returns the share of points that both agree on.
-double refine_with_right(const Camera& left_camera, const Camera& right_camera,
-                         const Camera& projector, const DepthMap& right, DepthMap* left);
+// `left` alone.
+Agreement refine_with_right(const Camera& left_camera, const Camera& right_camera,
+                            const Camera& projector, const DepthMap& right, DepthMap* left);
 
 // One camera's and the projector's word alone: sigma with the bias in it.
 void believe_alone(DepthMap* depth);

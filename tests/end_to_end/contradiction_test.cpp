@@ -39,6 +39,9 @@ TEST_F(HardCase, ABurstWithoutOneIsNotDoubted) {
     EXPECT_NEAR(figure.at(std::string("rerender_front_parallel_") + channel), 0, 0.015);
   }
   EXPECT_GT(figure.at("right_camera_agrees"), 0.7);
+  EXPECT_NEAR(figure.at("right_camera_apart_px"), 0, 0.03);
+  EXPECT_NEAR(figure.at("gradients_over_full"), 0, 0.003);
+  EXPECT_NEAR(figure.at("black_level_by_stripes"), figure.at("projector_black_level"), 5e-4);
 }
 
 TEST_F(HardCase, GradientsThatGotEachOthersNamesDisagreeWithTheSurface) {
@@ -64,6 +67,39 @@ TEST_F(HardCase, ACameraThatIsElsewhereAgreesWithNoOther) {
   Json& x_mm = session.manifest["rig"]["cameras"][0]["translation_mm"][0];
   x_mm = double(x_mm) + 5;
   expect_says(session.fitted(fit::Step::kGeometry), "right camera");
+}
+
+// Failure: within the tolerance of every point, and all points were off by the same.
+TEST_F(HardCase, ACameraWhoseMiddleIsAThirdOfAPixelOffSeesEverythingAside) {
+  SpoiltSession session = spoilt();
+  Json& cx = session.manifest["rig"]["cameras"][0]["cx"];
+  cx = double(cx) + 0.35;
+  const fit::LayeredFit found = session.fitted(fit::Step::kGeometry);
+  expect_says(found, "right camera");
+  EXPECT_GT(found.layers.checks().at("right_camera_agrees"), 0.5);
+}
+
+// Failure: c was 40 % off, and the gradients were mended for what FULL had.
+TEST_F(HardCase, AFullLightOfAnotherExposureDisagreesWithItsGradients) {
+  SpoiltSession session = spoilt();
+  session.change_photographs([&](Json& frame, Image3* image) {
+    if (session.is(frame, "GRADIENT_FULL", "CROSS")) *image *= 1.05f;
+  });
+  const fit::LayeredFit found = session.fitted(fit::Step::kNormals);
+  expect_says(found, "GRADIENT_FULL against the gradients");
+  EXPECT_NEAR(found.layers.checks().at("gradients_over_full"), 1 / 1.05 - 1, 0.005);
+}
+
+// Failure: l_d was 9 to 24 % off.
+TEST_F(HardCase, ABlackThatIsNoneDisagreesWithTheStripes) {
+  SpoiltSession session = spoilt();
+  session.change_photographs([&](Json& frame, Image3* image) {
+    if (session.is(frame, "BLACK")) *image *= 0;
+  });
+  const fit::LayeredFit found = session.fitted(fit::Step::kSeparate);
+  expect_says(found, "BLACK against STRIPES");
+  EXPECT_NEAR(found.layers.checks().at("black_level_by_stripes"),
+              whole->layers.checks().at("projector_black_level"), 5e-4);
 }
 
 TEST_F(HardCase, FringesInAnotherOrderAreRefusedForWhatTheyAre) {
