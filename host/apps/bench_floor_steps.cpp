@@ -36,8 +36,8 @@ void run_specular_normals(const KnownScene& scene, fit::LayeredFit* fit) {
   });
   fit::Normals normals = scene.normals;
   normals.specular = fit::add_specular_detail(
-      scene.burst, {scene.geometry.to_camera, distance_mm, float(camera.pixel_mm())},
-      scene.normals.diffuse[2]);
+      scene.burst, fit::specular_moments(scene.burst, distance_mm),
+      {scene.geometry.to_camera, distance_mm, float(camera.pixel_mm())}, scene.normals.diffuse[2]);
   fit::report_normals(normals, fit);
 }
 

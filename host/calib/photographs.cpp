@@ -39,8 +39,11 @@ std::vector<const Frame*> frames_to_fit(const Session& session, ShapeFrom shape)
 
 Photographs read_photographs(const Session& session, const std::vector<const Frame*>& frames) {
   std::vector<Photograph> read(frames.size());
-  parallel_for(int(frames.size()),
-               [&](int i) { read[size_t(i)] = read_photograph(session, *frames[size_t(i)]); });
+  const size_t half = (frames.size() + 1) / 2;  // a loop's halves go to two processors
+  parallel_for(int(frames.size()), [&](int i) {
+    const size_t k = size_t(i) < half ? 2 * size_t(i) : 2 * (size_t(i) - half) + 1;
+    read[k] = read_photograph(session, *frames[k]);
+  });
   Photographs photographs;
   for (size_t i = 0; i < frames.size(); ++i) photographs[frames[i]] = std::move(read[i]);
   return photographs;

@@ -19,7 +19,8 @@ bool has_right_geometry(const Session& session);
 std::vector<const Frame*> frames_to_fit(const Session& session,
                                         ShapeFrom shape = ShapeFrom::kFringes);
 
-// In parallel. Throws Error that names the file and what is wrong with it.
+// In parallel, the first of `frames` first. Throws Error that names the file and what is wrong with
+// it.
 Photographs read_photographs(const Session& session, const std::vector<const Frame*>& frames);
 
 }  // namespace lamella

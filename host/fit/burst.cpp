@@ -262,6 +262,23 @@ void place_patterns(const Session& session, Burst* burst) {
   for (int k = 0; k < 4; ++k) burst->stripes_place[size_t(k)] = place(Role::kStripes, k);
 }
 
+// When a fit lets go of a photograph. What goes at one time is read at one time: what it leaves is
+// whole memory for what is larger.
+int let_go(const Frame& frame) {
+  if (frame.camera != "left" || frame.role == Role::kFringe) return 0;
+  switch (frame.role) {
+    case Role::kGradientX:
+    case Role::kGradientY:
+    case Role::kGradientZ:
+      return 1;
+    case Role::kStripes:
+    case Role::kDots:
+      return 2;
+    default:
+      return 3;
+  }
+}
+
 // What a fit needs beside what is read, and nothing that it does not.
 Photographs read_rest(const Session& session, ShapeFrom shape, Photographs read) {
   Photographs photographs;
@@ -274,6 +291,8 @@ Photographs read_rest(const Session& session, ShapeFrom shape, Photographs read)
       photographs[frame] = std::move(found->second);
     }
   }
+  std::stable_sort(rest.begin(), rest.end(),
+                   [](const Frame* a, const Frame* b) { return let_go(*a) < let_go(*b); });
   photographs.merge(read_photographs(session, rest));
   return photographs;
 }
@@ -340,6 +359,21 @@ Burst linearise(const Session& session, const TriangleMesh* mesh, Photographs re
   remove_projector_extinction(session.left.extinction, &burst);
   remove_black(&burst, right_black);
   return burst;
+}
+
+void forget_fringes(Burst* burst) {
+  for (Image3& image : burst->fringe) image.release();
+  for (Image3& image : burst->right_fringe) image.release();
+  burst->right_front_lit.release();
+  burst->black.release();
+}
+
+void forget_gradients(Burst* burst) {
+  for (AnalyserPair& gradient : burst->gradient) gradient = {};
+}
+
+void forget_stripes(Burst* burst) {
+  for (Image3& image : burst->stripes) image.release();
 }
 
 }  // namespace lamella::fit

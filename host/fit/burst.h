@@ -91,4 +91,9 @@ inline bool is_clipped(const cv::Mat3b& mask, int y, int x) {
 // fringes tell the shape.
 Burst linearise(const Session& session, const TriangleMesh* mesh = nullptr, Photographs read = {});
 
+// What no later step looks at. A photograph's memory is free once no copy of the burst has it.
+void forget_fringes(Burst* burst);    // and what they are held against
+void forget_gradients(Burst* burst);  // but GRADIENT_FULL
+void forget_stripes(Burst* burst);
+
 }  // namespace lamella::fit

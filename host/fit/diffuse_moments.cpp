@@ -115,9 +115,9 @@ void keep_what_rises_above_noise(const Burst& burst, const Average& coarse,
 
 }  // namespace
 
-cv::Mat_<DiffuseMoments> diffuse_moments(const Burst& burst, const Image1& distance_mm,
-                                         float px_mm) {
-  const cv::Mat_<DiffuseMoments> raw = raw_moments(burst, distance_mm);
+cv::Mat_<DiffuseMoments> diffuse_moments(Burst* burst, const Image1& distance_mm, float px_mm) {
+  cv::Mat_<DiffuseMoments> raw = raw_moments(*burst, distance_mm);
+  forget_gradients(burst);
   std::vector<Average> averages;
   for (const Width& width : kWidths) {
     const float least_px = averages.empty() ? 1.2f : 2 * averages.back().width_px;
@@ -126,10 +126,12 @@ cv::Mat_<DiffuseMoments> diffuse_moments(const Burst& burst, const Image1& dista
     averages.push_back(
         {width_px, gaussian_taps(width_px),
          smooth_along_surface(raw, span_for(distance_mm, px_mm, width_px), width_px)});
-    if (noise_of(burst, averages.back(), distance_mm) < kQuietRad) break;
+    if (noise_of(*burst, averages.back(), distance_mm) < kQuietRad) break;
   }
+  raw.release();
   for (size_t i = averages.size() - 1; i-- > 0;) {
-    keep_what_rises_above_noise(burst, averages[i + 1], distance_mm, px_mm, &averages[i]);
+    keep_what_rises_above_noise(*burst, averages[i + 1], distance_mm, px_mm, &averages[i]);
+    averages.pop_back();
   }
   return averages[0].moments;
 }

@@ -10,7 +10,7 @@ namespace lamella::fit {
 // Undefined where there is no surface (a distance of NaN). Averaged over less than light scatters;
 // where the camera's noise is strong, what is finer than some millimetres is kept only as far as it
 // rises above the noise (Wiener's rule).
-cv::Mat_<DiffuseMoments> diffuse_moments(const Burst& burst, const Image1& distance_mm,
-                                         float px_mm);
+// Lets go of the gradients of `burst` once they are read.
+cv::Mat_<DiffuseMoments> diffuse_moments(Burst* burst, const Image1& distance_mm, float px_mm);
 
 }  // namespace lamella::fit

@@ -53,19 +53,35 @@ Camera projector_of_fringes(const Burst& burst) {
 
 // What one camera sees of the fringes.
 struct FringeView {
-  const Camera& camera;
   const std::vector<Image3>& fringe;
   const Image3& front_lit;
   const NoiseModel& noise;
   Mask clipped;  // empty: none
 };
 
-DepthMap depth_of(const Burst& burst, const FringeView& view) {
+ProjectorColumns columns_of(const Burst& burst, const FringeView& view) {
   Mask lit = lit_pixels(view.front_lit, least_light(burst));
   if (!view.clipped.empty()) lit.setTo(0, view.clipped);
-  const FringeCode code = fringe_code(*burst.session, view.noise);
-  const ProjectorColumns columns = decode_columns(view.fringe, view.front_lit, lit, code);
-  return measure_depth(view.camera, projector_of_fringes(burst), columns);
+  return decode_columns(view.fringe, view.front_lit, lit, fringe_code(*burst.session, view.noise));
+}
+
+struct BothColumns {
+  ProjectorColumns left, right;  // empty where there is no right camera
+};
+
+BothColumns decode_both(const Burst& burst) {
+  BothColumns columns;
+  parallel_both(
+      [&] {
+        columns.left =
+            columns_of(burst, {burst.fringe, burst.front_lit, burst.projector_noise, Mask()});
+      },
+      [&] {
+        if (burst.right_fringe.empty()) return;
+        columns.right = columns_of(burst, {burst.right_fringe, burst.right_front_lit,
+                                           burst.right_noise, burst.clipped_right});
+      });
+  return columns;
 }
 
 // What fringes say where they, or the white that they are held against, are clipped is better than
@@ -77,27 +93,26 @@ void doubt_clipped_fringes(const Burst& burst, DepthMap* depth) {
 }
 
 // By the left camera and the projector.
-DepthMap left_depth(const Burst& burst, const Camera& projector) {
+DepthMap left_depth(const Burst& burst, const Camera& projector, const ProjectorColumns& columns) {
   const Session& session = *burst.session;
-  DepthMap depth =
-      depth_of(burst, {session.left, burst.fringe, burst.front_lit, burst.projector_noise, Mask()});
+  DepthMap depth = measure_depth(session.left, projector, columns);
   doubt_clipped_fringes(burst, &depth);
   const Image1 share = projector_share(burst.front_lit, burst.full.cross, burst.regions > 0);
   doubt_bled_light(session.left, projector, share, &depth);
   return depth;
 }
 
-DepthMap triangulated_depth(const Burst& burst) {
-  const Session& session = *burst.session;
-  const Camera projector = projector_of_fringes(burst);
-  const bool has_right = !burst.right_fringe.empty();
+// Lets go of the fringes once they are decoded: there is nothing larger.
+DepthMap triangulated_depth(Burst* burst) {
+  const Session& session = *burst->session;
+  const Camera projector = projector_of_fringes(*burst);
+  const BothColumns columns = decode_both(*burst);
+  forget_fringes(burst);
+  const bool has_right = !columns.right.u_px.empty();
   DepthMap depth, right;
-  parallel_both([&] { depth = left_depth(burst, projector); },
+  parallel_both([&] { depth = left_depth(*burst, projector, columns.left); },
                 [&] {
-                  if (!has_right) return;
-                  right =
-                      depth_of(burst, {*session.right, burst.right_fringe, burst.right_front_lit,
-                                       burst.right_noise, burst.clipped_right});
+                  if (has_right) right = measure_depth(*session.right, projector, columns.right);
                 });
   if (has_right) {
     depth.right = refine_with_right(session.left, *session.right, projector, right, &depth);
@@ -176,9 +191,9 @@ Geometry geometry_at(const Burst& burst, const DepthMap& depth, const Mask& meas
 
 }  // namespace
 
-Geometry reconstruct_geometry(const Burst& burst) {
+Geometry reconstruct_geometry(Burst burst) {
   DepthMap depth = burst.mesh ? mesh_depth(burst.session->left, *burst.mesh, burst.regions)
-                              : triangulated_depth(burst);
+                              : triangulated_depth(&burst);
   const Mask measured = depth.distance_mm == depth.distance_mm;
   fill(burst, &depth);
   return geometry_at(burst, depth, measured);

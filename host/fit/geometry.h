@@ -22,7 +22,9 @@ struct Geometry {
   Agreement right = {};
 };
 
-Geometry reconstruct_geometry(const Burst& burst);
+// Whoever gives away the only `burst` that has its fringes has their memory back before the rest
+// is done.
+Geometry reconstruct_geometry(Burst burst);
 
 // Puts the point of `pixel` at `distance_mm` along its ray, and all that follows from where it is.
 void move_along_ray(const Session& session, const cv::Point& pixel, float distance_mm,

@@ -200,9 +200,9 @@ struct LayeredResidual {
   bool operator()(const Real* deep_s, const Real* shallow_s, const Real* log_shallow_ld,
                   Real* residual) const {
     using std::exp;
-    const Real sum = layered_value(*deep_s, Real(ld_mm), *shallow_s, Real(exp(*log_shallow_ld)),
-                                   shallow_share, thickness_mm, sample.r_mm);
-    *residual = scale * (sum - sample.value);
+    const LayeredShape<Real> shape({*deep_s, Real(ld_mm)}, {*shallow_s, exp(*log_shallow_ld)},
+                                   shallow_share, thickness_mm);
+    *residual = scale * (shape(sample.r_mm) - sample.value);
     return true;
   }
 };

@@ -99,12 +99,9 @@ struct KernelResidual {
   bool operator()(const Real* deep_s, const Real* log_ld, const Real* shallow_s,
                   const Real* log_shallow_ld, Real* residual) const {
     using std::exp;
-    const Real ld = exp(*log_ld), shallow_ld = exp(*log_shallow_ld);
-    equations.residuals(
-        [&](double r_mm) {
-          return layered_value(*deep_s, ld, *shallow_s, shallow_ld, share, thickness_mm, r_mm);
-        },
-        residual);
+    equations.residuals(LayeredShape<Real>({*deep_s, exp(*log_ld)},
+                                           {*shallow_s, exp(*log_shallow_ld)}, share, thickness_mm),
+                        residual);
     return true;
   }
 };
@@ -190,8 +187,8 @@ Kernel best_of(const std::vector<Kernel>& starts, const Descent& descent) {
 }  // namespace
 
 double LayeredKernel::operator()(double r_mm) const {
-  return layered_value(deep_s, deep_ld_mm, shallow_s, shallow_ld_mm, shallow_share, thickness_mm,
-                       r_mm);
+  return LayeredShape<double>({deep_s, deep_ld_mm}, {shallow_s, shallow_ld_mm}, shallow_share,
+                              thickness_mm)(r_mm);
 }
 
 double footprint_mm(const Camera& camera, const Camera& projector) {

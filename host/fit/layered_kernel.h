@@ -3,6 +3,8 @@
 // out.
 #pragma once
 
+#include <array>
+
 #include "base/camera.h"
 #include "fit/kernel_equations.h"
 #include "model/multipole.h"
@@ -14,16 +16,45 @@ inline constexpr double kHighestAlpha = 0.9999, kLowestAlpha = 0.02;
 inline constexpr double kShortestDeepLd_mm = 0.05, kLongestDeepLd_mm = 50;
 inline constexpr double kShortestShallowLd_mm = 0.1, kLongestShallowLd_mm = 4;
 
-// Per mm^2 at r: dipole and multipole, each scaled to its share of 1. s = sqrt(3 (1 - alpha')).
+// Dipole and multipole, each scaled to its share of 1, per mm^2. What is the same at every r is
+// reckoned once. s = sqrt(3 (1 - alpha')).
 template <class Real>
-Real layered_value(const Real& deep_s, const Real& deep_ld_mm, const Real& shallow_s,
-                   const Real& shallow_ld_mm, double share, double thickness_mm, double r_mm) {
-  const model::Dipole<Real> dermis{model::alpha_from_s(deep_s), deep_ld_mm};
-  const model::Multipole<Real> slab{model::alpha_from_s(shallow_s), shallow_ld_mm, thickness_mm};
-  return (1 - share) * model::dipole_reflectance(dermis, r_mm) /
-             model::diffuse_reflectance_at_s(deep_s) +
-         share * model::multipole_reflectance(slab, r_mm) / model::multipole_total(slab);
-}
+class LayeredShape {
+ public:
+  struct Layer {
+    Real s, ld_mm;
+  };
+
+  LayeredShape(const Layer& deep, const Layer& shallow, double share, double thickness_mm)
+      : deep_ld_mm_(deep.ld_mm), shallow_ld_mm_(shallow.ld_mm) {
+    const model::Dipole<Real> dermis{model::alpha_from_s(deep.s), deep.ld_mm};
+    const model::Multipole<Real> slab{model::alpha_from_s(shallow.s), shallow.ld_mm, thickness_mm};
+    deep_real_mm_ = model::transport_length_mm(dermis);
+    deep_virtual_mm_ = deep_real_mm_ * (1.0 + 4.0 / 3.0 * model::kBoundaryFactor);
+    deep_share_ = (1 - share) / (4 * M_PI) * dermis.alpha / model::diffuse_reflectance_at_s(deep.s);
+    shallow_share_ = share / (4 * M_PI) * slab.alpha / model::multipole_total(slab);
+    for (int i = -kHalf; i <= kHalf; ++i) source_[size_t(i + kHalf)] = model::source_pair(slab, i);
+  }
+
+  Real operator()(double r_mm) const {
+    const Real deep = model::source_term(deep_real_mm_, deep_ld_mm_, r_mm) +
+                      model::source_term(deep_virtual_mm_, deep_ld_mm_, r_mm);
+    Real shallow(0.0);
+    for (const model::SourcePair<Real>& z : source_) {
+      shallow += model::source_term(z.real_mm, shallow_ld_mm_, r_mm) -
+                 model::source_term(z.virtual_mm, shallow_ld_mm_, r_mm);
+    }
+    return deep_share_ * deep + shallow_share_ * shallow;
+  }
+
+ private:
+  static constexpr int kHalf = model::kPaperHalfCount;
+
+  Real deep_ld_mm_, shallow_ld_mm_;
+  Real deep_real_mm_, deep_virtual_mm_;  // depths of the dipole's sources
+  Real deep_share_, shallow_share_;      // of light, over that of the sources
+  std::array<model::SourcePair<Real>, 2 * kHalf + 1> source_;
+};
 
 struct LayeredKernel {
   double deep_s = 0, deep_ld_mm = 0;

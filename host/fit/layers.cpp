@@ -69,21 +69,21 @@ bool settle_regions(const Geometry& geometry, const Normals& normals, Burst* bur
   return true;
 }
 
-// What no later step looks at; on large photographs a sixth of the memory that a fit takes. What
-// comes later is written where it was, which is quicker than to memory that is new.
-void forget_fringes(Burst* burst) {
-  for (Image3& image : burst->fringe) image.release();
-  for (Image3& image : burst->right_fringe) image.release();
-  burst->right_front_lit.release();
+// Each gives away what only it looks at: what comes later is written where that was, which is
+// quicker than to memory that is new.
+Geometry take_geometry(Burst* burst) {
+  Burst whole = *burst;
+  forget_fringes(burst);
+  return reconstruct_geometry(std::move(whole));
 }
 
-void forget_gradients(Burst* burst) {
-  for (AnalyserPair& gradient : burst->gradient) gradient = {};
-}
-
-void forget_patterns(Burst* burst) {
-  for (Image3& image : burst->stripes) image.release();
-  burst->dots.release();
+// Regions are found by the gradients too.
+Normals take_normals(Burst* burst, Geometry* geometry) {
+  Burst whole = *burst;
+  if (burst->has_given_regions) forget_gradients(burst);
+  Normals normals = estimate_normals(std::move(whole), geometry);
+  geometry->scene_mm.release();
+  return normals;
 }
 
 // Nothing is known of what has no label, and what is constant takes as long to compress as what is
@@ -96,7 +96,7 @@ void leave_out_unlabelled(const PixelWindow& camera, LayerMaps* maps) {
 
 // What the skin's layers are fitted from.
 struct Surface {
-  const Burst& burst;
+  Burst* burst;
   const Geometry& geometry;
   const Normals& normals;
 };
@@ -110,7 +110,7 @@ struct Skin {
 // Specular reflection and what scatters below it, side by side: each has stretches for one
 // processor only.
 Skin fit_skin(Step until, LayerUse use, const Surface& surface, Course* course) {
-  const Burst& burst = surface.burst;
+  const Burst& burst = *surface.burst;
   const Geometry& geometry = surface.geometry;
   const Normals& normals = surface.normals;
   Skin skin;
@@ -123,6 +123,7 @@ Skin fit_skin(Step until, LayerUse use, const Surface& surface, Course* course) 
     if (until < Step::kSeparate) return;
     skin.separation =
         timed(course, "separate", [&] { return separate_layers(burst, geometry, normals); });
+    forget_stripes(surface.burst);
     if (until < Step::kScattering) return;
     skin.scattering = timed(course, "scattering", [&] {
       return fit_scattering(burst, geometry, normals, use, &skin.separation);
@@ -142,16 +143,15 @@ void run_steps(Step until, LayerUse use, Burst* burst, Course* course, LayeredFi
   start_report(*burst, fit);
   if (until == Step::kLinearise) return;
 
-  Geometry geometry = timed(course, "geometry", [&] { return reconstruct_geometry(*burst); });
+  Geometry geometry = timed(course, "geometry", [&] { return take_geometry(burst); });
   require_surface(*burst, geometry);
   judge_right(geometry, fit);
-  forget_fringes(burst);
   remove_pattern_extinction(geometry, burst);
   if (until == Step::kGeometry) {
     report_geometry(*burst, geometry, fit);
   } else {
     const Normals normals =
-        timed(course, "normals", [&] { return estimate_normals(*burst, &geometry); });
+        timed(course, "normals", [&] { return take_normals(burst, &geometry); });
     report_normals(normals, fit);
     judge_full(normals.led_gains, fit);
     judge_surface(*burst, geometry, normals, fit);
@@ -163,16 +163,16 @@ void run_steps(Step until, LayerUse use, Burst* burst, Course* course, LayeredFi
     Skin skin;
     parallel_both(
         [&] {
-          skin = fit_skin(until, use, {*burst, geometry, normals}, course);
+          skin = fit_skin(until, use, {burst, geometry, normals}, course);
         },
         [&] { report_geometry(*burst, geometry, fit); });
+    DotsSeen dots;
+    if (until >= Step::kScattering) dots = look_for_dots(*burst, geometry);
+    burst->dots.release();
     report_skin(until, skin, fit);
     if (until >= Step::kSeparate) judge_black(compare_black(*burst), fit);
     if (until >= Step::kSeparate) judge_stripes(*burst->session, skin.separation, fit);
-    if (until >= Step::kScattering) {
-      judge_dots(*burst->session, look_for_dots(*burst, geometry), fit);
-    }
-    forget_patterns(burst);
+    if (until >= Step::kScattering) judge_dots(*burst->session, dots, fit);
     if (until >= Step::kAlbedo) {
       const Albedo albedo =
           timed(course, "albedo", [&] { return fit_albedo(*burst, geometry, normals); });

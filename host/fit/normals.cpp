@@ -159,30 +159,23 @@ void doubt_clipped(const Masks& clipped, Image1* confidence) {
   });
 }
 
-// 2 G - C of a gradient that is too bright by its gain.
-void mend_gradients(const LedGains& gains, cv::Mat_<DiffuseMoments>* moments) {
-  parallel_for(moments->rows, [&](int y) {
-    for (int x = 0; x < moments->cols; ++x) {
-      DiffuseMoments& m = (*moments)(y, x);
-      for (int c = 0; c < 3; ++c) {
-        for (int a = 0; a < 3; ++a) {
-          float& moment = m[4 * c + 1 + a];
-          moment = (moment + m[4 * c]) / gains.mended_gain(size_t(a)) - m[4 * c];
-        }
-      }
-    }
-  });
+// 2 G - C of a gradient that is too bright by its gain, of moments that have C first.
+void mend_gradients(const LedGains& gains, float* moments) {
+  for (size_t a = 0; a < 3; ++a) {
+    float& moment = moments[1 + a];
+    moment = (moment + moments[0]) / gains.mended_gain(a) - moments[0];
+  }
 }
 
-// The burst's own photographs where nothing is mended.
-Burst mended_gradients(const Burst& burst, const LedGains& gains) {
-  Burst mended = burst;
-  if (!gains.is_mended) return mended;
-  for (size_t a = 0; a < 3; ++a) {
-    const double inverse = 1 / double(gains.mended_gain(a));
-    mended.gradient[a] = {burst.gradient[a].parallel * inverse, burst.gradient[a].cross * inverse};
-  }
-  return mended;
+// Of what scatters and of what is reflected.
+void mend_gradients(const LedGains& gains, cv::Mat_<DiffuseMoments>* diffuse,
+                    cv::Mat_<SpecularMoments>* specular) {
+  parallel_for(diffuse->rows, [&](int y) {
+    for (int x = 0; x < diffuse->cols; ++x) {
+      for (int c = 0; c < 3; ++c) mend_gradients(gains, &(*diffuse)(y, x)[4 * c]);
+      mend_gradients(gains, &(*specular)(y, x)[0]);
+    }
+  });
 }
 
 Image1 normal_sigma_rad(const Image1& confidence) {
@@ -223,7 +216,12 @@ void merge_with_normals(const Burst& burst, const Normals& normals, Geometry* ge
   });
 }
 
-Normals estimate_normals(const Burst& burst, Geometry* geometry) {
+Normals estimate_normals(Burst burst, Geometry* geometry) {
+  const Image1 distance_mm = distances(burst, geometry->scene_mm);
+  const float px_mm = float(burst.session->left.pixel_mm());
+  cv::Mat_<SpecularMoments> reflected = specular_moments(burst, distance_mm);
+  cv::Mat_<DiffuseMoments> moments = diffuse_moments(&burst, distance_mm, px_mm);
+
   Normals n;
   const cv::Size size = burst.regions.size();
   const Vec3 nowhere(kNaN, kNaN, kNaN);
@@ -231,9 +229,6 @@ Normals estimate_normals(const Burst& burst, Geometry* geometry) {
   n.diffuse_confidence = filled<Image1>(size, 0.5f);
   n.ambient_visibility = filled<Image1>(size, 1.f);
 
-  const Image1 distance_mm = distances(burst, geometry->scene_mm);
-  const float px_mm = float(burst.session->left.pixel_mm());
-  cv::Mat_<DiffuseMoments> moments = diffuse_moments(burst, distance_mm, px_mm);
   const LightStage& stage = burst.session->stage;
   std::vector<OcclusionAtNode> occlusion;
   Surroundings around =
@@ -252,16 +247,18 @@ Normals estimate_normals(const Burst& burst, Geometry* geometry) {
   n.led_gains =
       estimate_led_gains(stage, led_witnesses(burst, *geometry, around, occlusion, moments));
   if (n.led_gains.is_mended) {
-    mend_gradients(n.led_gains, &moments);
+    mend_gradients(n.led_gains, &moments, &reflected);
     look_at_shadows(burst.quality.occlusion_rounds);
   }
   invert_pixels(field, &n);
+  moments.release();
+  normal_at_nodes.release();
   n.around = std::move(around);
   doubt_clipped(burst.clipped_led_cross, &n.diffuse_confidence);
   const Image3 to_camera = geometry->to_camera;
   parallel_both([&] { merge_with_normals(burst, n, geometry); },
                 [&] {
-                  n.specular = add_specular_detail(mended_gradients(burst, n.led_gains),
+                  n.specular = add_specular_detail(burst, std::move(reflected),
                                                    {to_camera, distance_mm, px_mm}, n.diffuse[2]);
                 });
   n.specular_confidence = n.diffuse_confidence.clone();

@@ -19,7 +19,9 @@ struct Normals {
 };
 
 // Also improves `geometry` where the normals know better than stereo (Nehab et al. 2005).
-Normals estimate_normals(const Burst& burst, Geometry* geometry);
+// Whoever gives away the only `burst` that has its gradients has their memory back before the rest
+// is done.
+Normals estimate_normals(Burst burst, Geometry* geometry);
 
 // That improvement alone, by any diffuse normals, believed as far as their confidence says: gaps
 // are filled again along them, and depths and normals are reconciled.

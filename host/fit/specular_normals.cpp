@@ -10,32 +10,12 @@ namespace lamella::fit {
 
 namespace {
 
-using SpecularMoments = cv::Vec4f;  // S, 2 S_a - S; mean of the channels
-
 constexpr float kMirrorFineSigmaMm = 0.3f;
 constexpr float kMirrorCoarseSigmaMm = 0.75f;  // about as far as blue light scatters
 constexpr float kEnergySigmaMm = 0.75f;
 constexpr float kMostSigma_px = 8;
 constexpr int kWidest_px = int(2 * kMostSigma_px);  // averages are cut at 2 sigma
 constexpr float kMirrorLeastFacing = 0.15f;  // n.v; beyond, r + v is too short to have a direction
-
-// Undefined where there is no surface.
-cv::Mat_<SpecularMoments> specular_moments(const Burst& burst, const Image1& distance_mm) {
-  cv::Mat_<SpecularMoments> moments(distance_mm.size());
-  parallel_for(moments.rows, [&](int y) {
-    for (int x = 0; x < moments.cols; ++x) {
-      if (std::isnan(distance_mm(y, x))) continue;
-      const float full = mean(burst.full.parallel(y, x) - burst.full.cross(y, x));
-      moments(y, x)[0] = full;
-      for (size_t a = 0; a < 3; ++a) {
-        const AnalyserPair& g = burst.gradient[a];
-        moments(y, x)[int(a) + 1] = 2 * mean(g.parallel(y, x) - g.cross(y, x)) - full;
-      }
-      if (is_clipped(burst.clipped_led, y, x)) moments(y, x) *= 0;
-    }
-  });
-  return moments;
-}
 
 struct Specular {
   Vec3 normal{0, 0, 0};  // zero: not known
@@ -72,16 +52,18 @@ struct Detail {
   Image2 energy;
 };
 
-Detail measure_detail(const Burst& burst, const SurfaceView& view, const SurfaceSpan& span) {
+Detail measure_detail(const Burst& burst, cv::Mat_<SpecularMoments> raw, const SurfaceView& view,
+                      const SurfaceSpan& span) {
   const float fine_px = sigma_px(kMirrorFineSigmaMm, view.px_mm, 0.8f, 3.f);
   const float coarse_px = sigma_px(kMirrorCoarseSigmaMm, view.px_mm, 2 * fine_px, kMostSigma_px);
-  const cv::Mat_<SpecularMoments> raw = specular_moments(burst, view.distance_mm);
   const auto fine = smooth_along_surface(raw, span, fine_px);
   const auto coarse = smooth_along_surface(raw, span, coarse_px);
+  raw.release();
   const float gain = noise_gain(gaussian_taps(fine_px), gaussian_taps(coarse_px));
-  Detail detail{filled<Image3>(raw.size(), Vec3(0, 0, 0)), filled<Image2>(raw.size(), Vec2(0, 0))};
-  parallel_for(raw.rows, [&](int y) {
-    for (int x = 0; x < raw.cols; ++x) {
+  Detail detail{filled<Image3>(fine.size(), Vec3(0, 0, 0)),
+                filled<Image2>(fine.size(), Vec2(0, 0))};
+  parallel_for(fine.rows, [&](int y) {
+    for (int x = 0; x < fine.cols; ++x) {
       if (std::isnan(view.distance_mm(y, x)) || is_clipped(burst.clipped_led, y, x)) continue;
       const Specular sharp = specular_normal(fine(y, x), view.to_camera(y, x));
       const Specular blunt = specular_normal(coarse(y, x), view.to_camera(y, x));
@@ -98,9 +80,27 @@ Detail measure_detail(const Burst& burst, const SurfaceView& view, const Surface
 
 }  // namespace
 
-Image3 add_specular_detail(const Burst& burst, const SurfaceView& view, const Image3& base) {
+cv::Mat_<SpecularMoments> specular_moments(const Burst& burst, const Image1& distance_mm) {
+  cv::Mat_<SpecularMoments> moments(distance_mm.size());
+  parallel_for(moments.rows, [&](int y) {
+    for (int x = 0; x < moments.cols; ++x) {
+      if (std::isnan(distance_mm(y, x))) continue;
+      const float full = mean(burst.full.parallel(y, x) - burst.full.cross(y, x));
+      moments(y, x)[0] = full;
+      for (size_t a = 0; a < 3; ++a) {
+        const AnalyserPair& g = burst.gradient[a];
+        moments(y, x)[int(a) + 1] = 2 * mean(g.parallel(y, x) - g.cross(y, x)) - full;
+      }
+      if (is_clipped(burst.clipped_led, y, x)) moments(y, x) *= 0;
+    }
+  });
+  return moments;
+}
+
+Image3 add_specular_detail(const Burst& burst, cv::Mat_<SpecularMoments> moments,
+                           const SurfaceView& view, const Image3& base) {
   const SurfaceSpan span(view.distance_mm, view.px_mm, kWidest_px);
-  const Detail detail = measure_detail(burst, view, span);
+  const Detail detail = measure_detail(burst, std::move(moments), view, span);
   const float energy_px = sigma_px(kEnergySigmaMm, view.px_mm, 2.f, kMostSigma_px);
   const Image2 energy = smooth_along_surface(detail.energy, span, energy_px);
   Image3 normal = base.clone();

@@ -1,5 +1,6 @@
 #include "fit/layered_kernel.h"
 
+#include <ceres/jet.h>
 #include <gtest/gtest.h>
 
 #include "fit/kernel_waves.h"
@@ -41,6 +42,29 @@ double difference(const LayeredKernel& a, const LayeredKernel& b) {
     light += r * r * b(r);
   }
   return apart / light;
+}
+
+// As solvers carry them along, in all four figures.
+TEST(LayeredKernel, ItsDerivativesAreItsDifferences) {
+  using Dual = ceres::Jet<double, 4>;
+  const std::array<double, 4> at{0.8, 1.4, 0.5, 0.6};
+  const auto value_at = [](const auto& x, double r_mm) {
+    using Real = std::decay_t<decltype(x[0])>;
+    return LayeredShape<Real>({x[0], x[1]}, {x[2], x[3]}, 0.4, 0.5)(r_mm);
+  };
+  for (double r_mm : {0.01, 0.3, 2.0, 9.0}) {
+    const Dual exact =
+        value_at(std::array{Dual(at[0], 0), Dual(at[1], 1), Dual(at[2], 2), Dual(at[3], 3)}, r_mm);
+    EXPECT_NEAR(exact.a / value_at(at, r_mm), 1, 1e-12) << r_mm;
+    for (int i = 0; i < 4; ++i) {
+      constexpr double kStep = 1e-5;
+      std::array<double, 4> less = at, more = at;
+      less[size_t(i)] -= kStep;
+      more[size_t(i)] += kStep;
+      const double difference = (value_at(more, r_mm) - value_at(less, r_mm)) / (2 * kStep);
+      EXPECT_NEAR(exact.v[i] / difference, 1, 1e-6) << r_mm << " mm, figure " << i;
+    }
+  }
 }
 
 TEST(LayeredKernel, IntegratesToOne) {
