@@ -365,7 +365,6 @@ void forget_fringes(Burst* burst) {
   for (Image3& image : burst->fringe) image.release();
   for (Image3& image : burst->right_fringe) image.release();
   burst->right_front_lit.release();
-  burst->black.release();
 }
 
 void forget_gradients(Burst* burst) {
@@ -374,6 +373,7 @@ void forget_gradients(Burst* burst) {
 
 void forget_stripes(Burst* burst) {
   for (Image3& image : burst->stripes) image.release();
+  burst->black.release();
 }
 
 }  // namespace lamella::fit

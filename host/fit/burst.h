@@ -92,8 +92,8 @@ inline bool is_clipped(const cv::Mat3b& mask, int y, int x) {
 Burst linearise(const Session& session, const TriangleMesh* mesh = nullptr, Photographs read = {});
 
 // What no later step looks at. A photograph's memory is free once no copy of the burst has it.
-void forget_fringes(Burst* burst);    // and what they are held against
+void forget_fringes(Burst* burst);    // and what the right camera's are held against
 void forget_gradients(Burst* burst);  // but GRADIENT_FULL
-void forget_stripes(Burst* burst);
+void forget_stripes(Burst* burst);    // and BLACK
 
 }  // namespace lamella::fit

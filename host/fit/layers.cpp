@@ -104,6 +104,7 @@ struct Surface {
 struct Skin {
   SpecularFit specular;
   Separation separation;
+  BlackLevels black;
   Scattering scattering;
 };
 
@@ -123,6 +124,7 @@ Skin fit_skin(Step until, LayerUse use, const Surface& surface, Course* course) 
     if (until < Step::kSeparate) return;
     skin.separation =
         timed(course, "separate", [&] { return separate_layers(burst, geometry, normals); });
+    skin.black = compare_black(burst);
     forget_stripes(surface.burst);
     if (until < Step::kScattering) return;
     skin.scattering = timed(course, "scattering", [&] {
@@ -170,7 +172,7 @@ void run_steps(Step until, LayerUse use, Burst* burst, Course* course, LayeredFi
     if (until >= Step::kScattering) dots = look_for_dots(*burst, geometry);
     burst->dots.release();
     report_skin(until, skin, fit);
-    if (until >= Step::kSeparate) judge_black(compare_black(*burst), fit);
+    if (until >= Step::kSeparate) judge_black(skin.black, fit);
     if (until >= Step::kSeparate) judge_stripes(*burst->session, skin.separation, fit);
     if (until >= Step::kScattering) judge_dots(*burst->session, dots, fit);
     if (until >= Step::kAlbedo) {
