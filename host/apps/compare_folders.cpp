@@ -25,12 +25,14 @@ void add_seen(const Image3& found, const Image3& truth, const Mask& subject, con
   }
 }
 
-Json view_figures(const fs::path& found_file, const fs::path& truth_stem) {
+// None where `maps` has a problem more.
+Json view_figures(const fs::path& found_file, const fs::path& truth_stem, ComparedMaps* maps) {
   const Image3 truth = read_exr_rgb(truth_stem.string() + ".exr");
   const Image3 found = read_exr_rgb(found_file);
   if (found.size() != truth.size()) {
-    throw_bad_input(found_file.string(),
-                    size_words(found.size()) + " pixels, expected " + size_words(truth.size()));
+    maps->problems.push_back(found_file.string() + ": " + size_words(found.size()) +
+                             " pixels, expected " + size_words(truth.size()));
+    return {};
   }
   const Mask subject = read_mask(truth_stem.string() + "_mask.png", truth.size());
   const fs::path seen = truth_stem.string() + "_mask_seen.png";
@@ -55,11 +57,8 @@ void compare_views(ComparedMaps* maps, Json* figures) {
   for (const fs::path& file : files) {
     const fs::path mine = maps->found_folder / "views" / file.filename();
     if (!fs::exists(mine)) continue;
-    try {
-      views[file.stem().string()] = view_figures(mine, folder / file.stem());
-    } catch (const Error& e) {
-      maps->problems.push_back(e.what());
-    }
+    const Json view = view_figures(mine, folder / file.stem(), maps);
+    if (!view.is_null()) views[file.stem().string()] = view;
   }
 }
 

@@ -182,14 +182,16 @@ MapValues ComparedMaps::found(const std::string& name, const std::vector<std::st
     problems.push_back("missing " + name + ".exr");
     return {};
   }
-  try {
-    const std::vector<Image1> planes = read_exr(file, channels);
-    if (planes[0].size() == regions.size()) return at_labels(planes, regions);
-    problems.push_back(name + ".exr is " + size_words(planes[0].size()) + ", expected " +
-                       size_words(regions.size()));
-  } catch (const Error& e) {
-    problems.push_back(e.what());
+  const std::vector<std::string> has = exr_channels(file);
+  for (const std::string& channel : channels) {
+    if (std::find(has.begin(), has.end(), channel) != has.end()) continue;
+    problems.push_back(name + ".exr has no channel " + channel);
+    return {};
   }
+  const std::vector<Image1> planes = read_exr(file, channels);
+  if (planes[0].size() == regions.size()) return at_labels(planes, regions);
+  problems.push_back(name + ".exr is " + size_words(planes[0].size()) + ", expected " +
+                     size_words(regions.size()));
   return {};
 }
 

@@ -11,8 +11,8 @@
 #include <stdexcept>
 
 #include "base/error.h"
-#include "io/exr_zip.h"
-#include "io/exr_zip_write.h"
+#include "io/exr_pack.h"
+#include "io/exr_unpack.h"
 #include "io/whole_file.h"
 
 namespace lamella {
@@ -47,7 +47,7 @@ void read_any_planes(Imf::InputFile& file, const std::vector<ExrPlane>& planes) 
 }
 
 void read_planes(Imf::InputFile& file, const std::vector<ExrPlane>& planes, cv::Size size) {
-  if (read_zip_planes(&file, planes, {cv::Rect({0, 0}, size)})) return;
+  if (read_packed_planes(&file, planes, {cv::Rect({0, 0}, size)})) return;
   read_any_planes(file, planes);
 }
 
@@ -165,7 +165,7 @@ void write_interleaved(const fs::path& path, const Image3& image, const std::str
                        reinterpret_cast<const char*>(image.data) + c * sizeof(float), sizeof(Vec3),
                        image.step[0]});
   }
-  write_whole_text(path, exr_zip(around.value_or(nothing_around(image.size())), sources, type));
+  write_whole_text(path, packed_exr(around.value_or(nothing_around(image.size())), sources, type));
 }
 
 }  // namespace
@@ -179,7 +179,7 @@ Image3 read_finite_rgb(const fs::path& path, const cv::Rect& area) {
     const cv::Rect whole({0, 0}, checked_size(file, path));
     if ((area & whole) != area) throw std::runtime_error("it is smaller than what is read of it");
     Image3 image(area.size());
-    if (read_zip_planes(&file, planes_of(image, names), {area, true})) return image;
+    if (read_packed_planes(&file, planes_of(image, names), {area, true})) return image;
     image.create(whole.size());
     read_any_planes(file, planes_of(image, names));
     require_finite(image);
@@ -235,8 +235,8 @@ void write_exr(const fs::path& path, const std::vector<std::pair<std::string, Im
     sources.push_back(
         {name, reinterpret_cast<const char*>(image.data), sizeof(float), image.step[0]});
   }
-  write_whole_text(path, exr_zip(around.value_or(nothing_around(channels.front().second.size())),
-                                 sources, type));
+  write_whole_text(path, packed_exr(around.value_or(nothing_around(channels.front().second.size())),
+                                    sources, type));
 }
 
 void write_exr_rgb(const fs::path& path, const Image3& rgb, PixelType type,

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "base/vec.h"
-#include "io/exr_zip_write.h"
+#include "io/exr_pack.h"
 
 namespace lamella {
 

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <fstream>
 #include <functional>
 #include <opencv2/imgcodecs.hpp>
 
@@ -395,13 +396,39 @@ TEST(Compare, ExitsWithOneAndSaysWhichMapAnswersTooLittle) {
                  "deep_ld.exr answers 0.0 %");
 }
 
-TEST(Compare, ExitsWithOneWhereAViewCannotBeRead) {
+void expect_bad_input(const testing::Outcome& outcome, const std::string& file) {
+  EXPECT_EQ(outcome.exit_code, 2) << outcome.err;
+  EXPECT_EQ(outcome.out, "");
+  EXPECT_EQ(outcome.complaints().size(), 1u) << outcome.err;
+  EXPECT_NE(outcome.err.find(file), std::string::npos) << outcome.err;
+}
+
+// Failure: a map that could not be read was as one that is missing.
+TEST(Compare, ExitsWithTwoWhereAMapOrAViewIsDamaged) {
+  expect_bad_input(compare_spoilt([](const fs::path& fit) {
+                     const fs::path views = fit.parent_path() / "truth/views";
+                     write_exr_rgb(views / "side.exr", Image3(20, 20, Vec3(1, 1, 1)));
+                     write_whole_text(fit / "views/side.exr", "not an image");
+                   }),
+                   "views/side.exr");
+  expect_bad_input(compare_spoilt([](const fs::path& fit) {
+                     std::fstream map(fit / "deep_albedo.exr",
+                                      std::ios::in | std::ios::out | std::ios::binary);
+                     map.seekg(-5, std::ios::end);
+                     const char flipped = char(map.get() ^ 4);
+                     map.seekp(-5, std::ios::end);
+                     map.put(flipped);
+                   }),
+                   "deep_albedo.exr");
+}
+
+TEST(Compare, ExitsWithOneWhereAViewIsOfAnotherSize) {
   expect_problem(compare_spoilt([](const fs::path& fit) {
                    const fs::path views = fit.parent_path() / "truth/views";
                    write_exr_rgb(views / "side.exr", Image3(20, 20, Vec3(1, 1, 1)));
-                   write_whole_text(fit / "views/side.exr", "not an image");
+                   write_exr_rgb(fit / "views/side.exr", Image3(9, 8, Vec3(1, 1, 1)));
                  }),
-                 "views/side.exr");
+                 "views/side.exr: 8x9 pixels, expected 20x20");
 }
 
 TEST(Compare, ExitsWithTwoWhereTheFolderIsNoFit) {

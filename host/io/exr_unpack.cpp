@@ -1,7 +1,8 @@
-#include "io/exr_zip.h"
+#include "io/exr_unpack.h"
 
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfIntAttribute.h>
 #include <libdeflate.h>
 
 #include <algorithm>
@@ -14,6 +15,8 @@
 #include <span>
 #include <stdexcept>
 
+#include "io/crc32c.h"
+#include "io/exr_pack.h"
 #include "io/exr_runs.h"
 
 namespace lamella {
@@ -106,9 +109,18 @@ class Chunks {
       for (int y = top; y < top + lines; ++y)
         take_line(y, pixels_.data() + line_bytes_ * size_t(y - top));
     }
+    require_crc();
   }
 
  private:
+  // Other programs' files have none.
+  void require_crc() const {
+    const auto* stated = file_.header().findTypedAttribute<Imf::IntAttribute>(kExrCrc);
+    if (stated && uint32_t(stated->value()) != crc_) {
+      throw std::runtime_error("its pixels are not those that were written, by their CRC-32C");
+    }
+  }
+
   void take_line(int y, const uint8_t* line) {
     if (must_be_finite_) require_finite(line, y);
     if (y >= area_.y && y < area_.br().y) unpack_line(line, y - area_.y);
@@ -149,6 +161,7 @@ class Chunks {
     const char* packed = nullptr;
     int packed_bytes = 0;
     file_.rawPixelData(y, packed, packed_bytes);
+    crc_ = crc32c(packed, size_t(packed_bytes), crc_);
     pixels_.resize(bytes);
     // What does not get smaller is stored as it is.
     if (size_t(packed_bytes) == bytes) {
@@ -230,6 +243,7 @@ class Chunks {
   Imath::Box2i box_;
   int width_;
   size_t line_bytes_ = 0;
+  uint32_t crc_ = 0;  // of the chunks so far
   std::unique_ptr<libdeflate_decompressor, void (*)(libdeflate_decompressor*)> decompressor_;
   std::vector<uint8_t> differences_, pixels_;
   std::vector<cv::float16_t> halves_;
@@ -242,8 +256,8 @@ NonFinitePixel::NonFinitePixel(const cv::Point& at)
     : std::runtime_error("NaN or infinity at pixel (" + std::to_string(at.x) + ", " +
                          std::to_string(at.y) + ")") {}
 
-bool read_zip_planes(Imf::InputFile* file, const std::vector<ExrPlane>& planes,
-                     const ExrPart& part) {
+bool read_packed_planes(Imf::InputFile* file, const std::vector<ExrPlane>& planes,
+                        const ExrPart& part) {
   const Imf::Header& header = file->header();
   const Imf::Compression compression = header.compression();
   if (compression != Imf::ZIP_COMPRESSION && compression != Imf::ZIPS_COMPRESSION &&

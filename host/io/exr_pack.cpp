@@ -1,4 +1,4 @@
-#include "io/exr_zip_write.h"
+#include "io/exr_pack.h"
 
 #include <OpenEXR/openexr.h>
 #include <libdeflate.h>
@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "base/parallel.h"
+#include "io/crc32c.h"
 #include "io/exr_runs.h"
 
 namespace lamella {
@@ -139,7 +140,8 @@ class ChunkFile {
     if (context_) exr_finish(&context_);
   }
 
-  void write_header(cv::Size size, const std::vector<ExrSource>& sources, PixelType stored) {
+  void write_header(cv::Size size, const std::vector<ExrSource>& sources, PixelType stored,
+                    uint32_t crc) {
     int part = 0;
     require(exr_add_part(context_, nullptr, EXR_STORAGE_SCANLINE, &part));
     require(exr_initialize_required_attr_simple(
@@ -150,6 +152,7 @@ class ChunkFile {
       require(exr_add_channel(context_, part, s.name.c_str(), type, EXR_PERCEPTUALLY_LOGARITHMIC, 1,
                               1));
     }
+    require(exr_attr_set_int(context_, part, kExrCrc, int32_t(crc)));
     require(exr_write_header(context_));
   }
 
@@ -173,8 +176,8 @@ class ChunkFile {
 
 }  // namespace
 
-std::string exr_zip(const ExrSurroundings& around, std::vector<ExrSource> sources,
-                    PixelType stored) {
+std::string packed_exr(const ExrSurroundings& around, std::vector<ExrSource> sources,
+                       PixelType stored) {
   const cv::Size size = around.window.whole;
   std::sort(sources.begin(), sources.end(),
             [](const ExrSource& a, const ExrSource& b) { return a.name < b.name; });
@@ -187,14 +190,18 @@ std::string exr_zip(const ExrSurroundings& around, std::vector<ExrSource> source
         if (!packer.is_empty(i * lines)) chunks[size_t(i)] = packer.packed(i * lines);
       },
       kZipLines / lines);
-  Bytes empty;
+  const auto without =
+      std::find_if(chunks.begin(), chunks.end(), [](const Bytes& chunk) { return chunk.empty(); });
+  const Bytes empty =
+      without == chunks.end() ? Bytes() : packer.packed(int(without - chunks.begin()) * lines);
+  const auto chunk = [&](size_t i) -> const Bytes& {
+    return chunks[i].empty() ? empty : chunks[i];
+  };
+  uint32_t crc = 0;
+  for (size_t i = 0; i < chunks.size(); ++i) crc = crc32c(chunk(i).data(), chunk(i).size(), crc);
   ChunkFile out;
-  out.write_header(size, sources, stored);
-  for (size_t i = 0; i < chunks.size(); ++i) {
-    const int first = int(i) * lines;
-    if (chunks[i].empty() && empty.empty()) empty = packer.packed(first);
-    out.write_chunk(first, chunks[i].empty() ? empty : chunks[i]);
-  }
+  out.write_header(size, sources, stored, crc);
+  for (size_t i = 0; i < chunks.size(); ++i) out.write_chunk(int(i) * lines, chunk(i));
   return out.finish();
 }
 

@@ -31,8 +31,9 @@ struct ExrPart {
 
 // Reads `planes`, all of which the file has, without subsampling, of `part`, and returns true;
 // false, with nothing read, where the file is not of that kind (another compression, tiles,
-// subsampled or integer channels). Throws std::exception where the file is damaged.
-bool read_zip_planes(Imf::InputFile* file, const std::vector<ExrPlane>& planes,
-                     const ExrPart& part);
+// subsampled or integer channels). Throws std::exception where the file is damaged, by
+// the CRC that packed_exr() gave it too.
+bool read_packed_planes(Imf::InputFile* file, const std::vector<ExrPlane>& planes,
+                        const ExrPart& part);
 
 }  // namespace lamella

@@ -11,6 +11,10 @@
 
 namespace lamella {
 
+// CRC-32C of all chunks as they are stored, from the top: an int of the header. Run lengths decode
+// whatever they are, and so do pixels that are stored as they are.
+inline constexpr const char* kExrCrc = "lamella_crc32c";
+
 // ZIP but for the last: run lengths, for what is noise within and one value around. That takes a
 // third of the time, and 1.4 times the bytes.
 enum class PixelType { kHalf, kFloat, kHalfInRuns };
@@ -30,7 +34,7 @@ struct ExrSurroundings {
 
 // The bytes of a file that has `sources`, of different names, as channels of `stored`, in the
 // window. The same floats give the same bytes. Throws std::exception where OpenEXR refuses.
-std::string exr_zip(const ExrSurroundings& around, std::vector<ExrSource> sources,
-                    PixelType stored);
+std::string packed_exr(const ExrSurroundings& around, std::vector<ExrSource> sources,
+                       PixelType stored);
 
 }  // namespace lamella

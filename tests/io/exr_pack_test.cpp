@@ -1,5 +1,5 @@
 // What is written here OpenEXR itself reads, bit for bit.
-#include "io/exr_zip_write.h"
+#include "io/exr_pack.h"
 
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
@@ -59,7 +59,7 @@ void expect_same_bits(float a, float b) {
   }
 }
 
-TEST(ExrZipWrite, IsReadByOpenExrBitForBit) {
+TEST(ExrPack, IsReadByOpenExrBitForBit) {
   const testing::ScratchFolder scratch;
   const fs::path path = scratch.path() / "a.exr";
   for (const cv::Size size : {cv::Size(1, 1), cv::Size(23, 37), cv::Size(41, 16)}) {
@@ -80,7 +80,7 @@ TEST(ExrZipWrite, IsReadByOpenExrBitForBit) {
   }
 }
 
-TEST(ExrZipWrite, PutsAPartWhereItBelongsAndOneValueAround) {
+TEST(ExrPack, PutsAPartWhereItBelongsAndOneValueAround) {
   const testing::ScratchFolder scratch;
   const fs::path path = scratch.path() / "a.exr";
   const cv::Size whole(50, 90);
@@ -103,7 +103,7 @@ TEST(ExrZipWrite, PutsAPartWhereItBelongsAndOneValueAround) {
   }
 }
 
-TEST(ExrZipWrite, GivesTheSameBytesForTheSamePixels) {
+TEST(ExrPack, GivesTheSameBytesForTheSamePixels) {
   const testing::ScratchFolder scratch;
   const Image3 image = picture_of(Picture::kNoise, 200, 90);
   const auto bytes = [&](const char* name) {
@@ -115,7 +115,7 @@ TEST(ExrZipWrite, GivesTheSameBytesForTheSamePixels) {
 }
 
 // Failure: OpenEXR itself goes on for ever where the disk takes no more.
-TEST(ExrZipWrite, SaysWhatTheDiskDoesNotTakeAndLeavesNothing) {
+TEST(ExrPack, SaysWhatTheDiskDoesNotTakeAndLeavesNothing) {
   const testing::ScratchFolder scratch;
   const fs::path path = scratch.path() / "a.exr";
   std::string said;
