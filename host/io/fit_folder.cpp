@@ -5,6 +5,7 @@
 #include <set>
 
 #include "base/error.h"
+#include "io/map_values.h"
 
 namespace lamella {
 
@@ -200,6 +201,7 @@ FitFolder read_fit_folder(const fs::path& folder) {
   fit.layers = read_layers(file);
   require_labels(fit.maps.regions, fit.layers.regions_size(), (folder / "regions.png").string());
   require_maps(folder, &fit);
+  require_possible_values(folder, fit.maps);
   require_layers(fit.layers, file.string());
   return fit;
 }

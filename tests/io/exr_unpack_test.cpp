@@ -13,6 +13,7 @@
 #include "base/vec.h"
 #include "io/exr.h"
 #include "io/fake_session.h"
+#include "io/whole_file.h"
 
 namespace lamella {
 namespace {

@@ -137,5 +137,39 @@ TEST_F(AFit, MayNotDropALayerWithoutAReason) {
   EXPECT_TRUE(names(reading(), {"regions[0].deep: missing", "gives no reason"}));
 }
 
+// Failure: whatever stood in a map was drawn, and exported.
+TEST_F(AFit, HasNoNumberThatNoFitGives) {
+  const auto with = [&](const std::string& map, Vec3 value) {
+    LayerMaps maps = testing::fake_maps(kSize);
+    for (const auto& [name, values] : named_maps(maps)) {
+      if (name != map) continue;
+      cv::Mat3f pixels = values;  // the same
+      pixels(16, 12) = value;
+    }
+    write_layer_maps(path(), maps);
+    return reading();
+  };
+  EXPECT_TRUE(names(with("deep_albedo", {0.5f, -5, 0.5f}),
+                    {"deep_albedo.exr: has, at pixel (12, 16), -5", "fit again"}));
+  EXPECT_TRUE(names(with("total_albedo", {0.5f, 0.5f, 7}), {"total_albedo.exr", "(12, 16), 7"}));
+  EXPECT_TRUE(names(with("normal_specular", {0, 0, 2}), {"a normal of length 2"}));
+  EXPECT_TRUE(names(with("normal_diffuse", {0, 0, 0}), {"normal_diffuse.exr", "of length 0"}));
+  EXPECT_TRUE(names(with("deep_alpha", {1.5f, 1, 1}), {"deep_alpha.exr", "(12, 16), 1.5"}));
+  EXPECT_TRUE(names(with("deep_ld", {1, 1, -0.5f}), {"deep_ld.exr", "(12, 16), -0.5"}));
+  EXPECT_TRUE(names(with("position", {1, HUGE_VALF, 1}), {"position.exr", "(12, 16), inf"}));
+  EXPECT_EQ(with("deep_albedo", Vec3::all(kNaN)), "");
+}
+
+TEST_F(AFit, HasANumberWhereItIsConfident) {
+  LayerMaps maps = testing::fake_maps(kSize);
+  maps.confidence["deep_albedo"] = Image1(kSize, 0.f);
+  maps.deep_albedo(16, 12) = Vec3::all(kNaN);
+  write_layer_maps(path(), maps);
+  EXPECT_EQ(reading(), "");
+  maps.confidence["deep_albedo"](16, 12) = 0.5f;
+  write_layer_maps(path(), maps);
+  EXPECT_TRUE(names(reading(), {"deep_albedo.exr", "(12, 16)", "confidence.exr"}));
+}
+
 }  // namespace
 }  // namespace lamella
