@@ -28,6 +28,10 @@ constexpr double kLeastCoherence = 0.9;
 constexpr double kLeastDarkDots = 0.9;
 constexpr double kMostDotWrong = 0.06, kMostDotOff = 0.08;  // of the diameter
 constexpr double kLeastBetween = 0.8, kMostBetween = 1.06;
+// A frame that is turned makes an albedo 13 % wrong. Faces are taken from the side too.
+constexpr double kMostAway_deg = 60;
+constexpr float kCapped = 0.9999f;
+constexpr double kMostCapped = 0.01;  // good sessions have none, of light skin either
 constexpr double kMostFrontOff = 0.1, kMostLightOff = 0.05, kMostReflectedOff = 0.03;
 
 void put_figure(const std::string& name, double value, LayeredFit* fit) {
@@ -165,6 +169,29 @@ void judge_full(const LedGains& gains, LayeredFit* fit) {
              off, kMostFullOff, fit);
 }
 
+void judge_facing(const Burst& burst, const Normals& normals, LayeredFit* fit) {
+  Vec3d sum(0, 0, 0);
+  for (int y = 0; y < burst.regions.rows; ++y) {
+    for (int x = 0; x < burst.regions.cols; ++x) {
+      const Vec3& n = normals.specular(y, x);
+      if (burst.regions(y, x) && is_finite(n)) sum += Vec3d(n);
+    }
+  }
+  const double away_deg = std::acos(sum[2] / cv::norm(sum)) * 180 / M_PI;
+  put_figure("faces_away_deg", away_deg, fit);
+  if (!(away_deg > kMostAway_deg)) return;
+  poor(
+      {.name = "where the subject faces",
+       .text = fmt::format("{:.0f} degrees from +Z, mean of its normals, at most {:g}: the unit of "
+                           "radiance is a white surface that faces +Z, so albedos are not to be "
+                           "believed; state the rig in a frame whose +Z the subject faces",
+                           away_deg, kMostAway_deg),
+       .figure = away_deg,
+       .unit = "degrees",
+       .limit = kMostAway_deg},
+      fit);
+}
+
 void judge_black(const BlackLevels& black, LayeredFit* fit) {
   const double off = black.by_stripes - black.by_black;
   put_figure("black_level_by_stripes", black.by_stripes, fit);
@@ -256,6 +283,25 @@ void judge_rerender(const RerenderResiduals& residuals, LayeredFit* fit) {
                          100 * residuals.front_cross, 100 * kMostFrontOff, 100 * light[0],
                          100 * light[1], 100 * light[2], 100 * kMostLightOff),
              residuals.front_cross, kMostFrontOff, fit);
+}
+
+void judge_albedo(LayeredFit* fit) {
+  const Image3& total = fit->maps.total_albedo;
+  double known = 0, capped = 0;
+  for (const Vec3& albedo : total) {
+    if (!is_finite(albedo)) continue;
+    ++known;
+    capped += std::max({albedo[0], albedo[1], albedo[2]}) > kCapped ? 1 : 0;
+  }
+  const double share = capped / std::max(1.0, known);
+  put_figure("albedo_capped", share, fit);
+  if (!(share > kMostCapped)) return;
+  poor_share("total albedo",
+             fmt::format("{:.1f} % of labelled pixels reflect more light than they get, at most "
+                         "{:g} %, and have 1 instead; state radiance_scale so that a white "
+                         "surface that faces +Z has radiance 1",
+                         100 * share, 100 * kMostCapped),
+             share, kMostCapped, fit);
 }
 
 }  // namespace lamella::fit

@@ -30,6 +30,9 @@ void judge_full(const LedGains& gains, LayeredFit* fit);
 void judge_surface(const Burst& burst, const Geometry& geometry, const Normals& normals,
                    LayeredFit* fit);
 
+// The subject's mean normal against +Z, which the unit of radiance is tied to.
+void judge_facing(const Burst& burst, const Normals& normals, LayeredFit* fit);
+
 // BLACK, without which dots are not as dark as they are, against STRIPES.
 void judge_black(const BlackLevels& black, LayeredFit* fit);
 
@@ -42,5 +45,8 @@ void judge_rerender(const RerenderResiduals& residuals, LayeredFit* fit);
 
 // The same of what is reflected: c is of the LEDs' light alone, FRONT's is the projector's.
 void judge_parallel(const RerenderResiduals& residuals, LayeredFit* fit);
+
+// Where skin would reflect more light than it gets its albedo is 1.
+void judge_albedo(LayeredFit* fit);
 
 }  // namespace lamella::fit

@@ -157,6 +157,7 @@ void run_steps(Step until, LayerUse use, Burst* burst, Course* course, LayeredFi
     report_normals(normals, fit);
     judge_full(normals.led_gains, fit);
     judge_surface(*burst, geometry, normals, fit);
+    judge_facing(*burst, normals, fit);
     if (until >= Step::kRegions) {
       timed(course, "regions", [&] { return settle_regions(geometry, normals, burst); });
       report_regions(*burst, fit);
@@ -179,6 +180,7 @@ void run_steps(Step until, LayerUse use, Burst* burst, Course* course, LayeredFi
       const Albedo albedo =
           timed(course, "albedo", [&] { return fit_albedo(*burst, geometry, normals); });
       report_albedo(albedo, fit);
+      judge_albedo(fit);
       const FittedLayers fitted{geometry, normals, skin.specular, skin.separation, albedo};
       const auto residuals = timed(course, "rerender", [&] { return rerender(*burst, fitted); });
       report_rerender(residuals, fit);

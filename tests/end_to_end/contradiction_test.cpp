@@ -38,6 +38,8 @@ TEST_F(HardCase, ABurstWithoutOneIsNotDoubted) {
     EXPECT_NEAR(figure.at(std::string("rerender_front_cross_") + channel), 0, 0.01);
     EXPECT_NEAR(figure.at(std::string("rerender_front_parallel_") + channel), 0, 0.015);
   }
+  EXPECT_LT(figure.at("faces_away_deg"), 20);
+  EXPECT_EQ(figure.at("albedo_capped"), 0);
   EXPECT_GT(figure.at("right_camera_agrees"), 0.7);
   EXPECT_NEAR(figure.at("right_camera_apart_px"), 0, 0.03);
   EXPECT_NEAR(figure.at("gradients_over_full"), 0, 0.003);
@@ -172,6 +174,36 @@ TEST_F(HardCase, ParallelPhotographsBrighterThanTheManifestSaysReflectMoreThanTh
     if (is_lit_by_leds && frame["analyser"] == "PARALLEL") *image *= 1.15f;
   });
   expect_says(session.fitted(), "FRONT parallel, drawn from the layers");
+}
+
+// Failure: albedos of 1, without a word.
+TEST_F(HardCase, PhotographsOfMoreLightThanThereWasAreSaidToBeCapped) {
+  SpoiltSession session = spoilt();
+  for (Json& frame : session.manifest["frames"]) {
+    for (Json& scale : frame["radiance_scale"]) scale = 4 * double(scale);
+  }
+  expect_says(session.fitted(), "total albedo");
+}
+
+// Failure: albedos were off by what the lights facing +Z give more or less than those that lit it.
+TEST_F(HardCase, ARigInAFrameThatTheSubjectDoesNotFaceIsSeen) {
+  SpoiltSession session = spoilt();
+  // The rig's Y is X now, Z is Y, and X is Z.
+  Json& rig = session.manifest["rig"];
+  const auto turn = [](Json* first) { std::rotate(first, first + 1, first + 3); };
+  for (Json& led : rig["leds"]) turn(&led["direction"][0]);
+  for (Json* view : {&rig["cameras"][0], &rig["cameras"][1], &rig["projector"]}) {
+    for (size_t row = 0; row < 3; ++row) turn(&(*view)["rotation"][3 * row]);
+  }
+  const std::map<std::string, std::string> now{
+      {"GRADIENT_X", "GRADIENT_Z"}, {"GRADIENT_Y", "GRADIENT_X"}, {"GRADIENT_Z", "GRADIENT_Y"}};
+  for (Json& frame : session.manifest["frames"]) {
+    const auto turned = now.find(frame["role"]);
+    if (turned != now.end()) frame["role"] = turned->second;
+  }
+  const fit::LayeredFit found = session.fitted(fit::Step::kNormals);
+  expect_says(found, "where the subject faces");
+  EXPECT_GT(found.layers.checks().at("faces_away_deg"), 80);
 }
 
 }  // namespace
