@@ -158,33 +158,32 @@ void print_summary(const v1::Layers& layers, const fs::path& out, double total_s
   fmt::print("\nwrote {} in {:.2f} s\n", out.string(), total_s);
 }
 
-// What the session's check finds poor; returns whether there is anything.
-bool warn_of_poor_data(const SessionCheck& check) {
-  bool any = false;
-  for (const CheckLine& line : check.lines) {
-    if (line.grade != Grade::kPoor) continue;
-    fmt::print(stderr, "lamella: warning: below the quality asked: {}: {}\n", line.name,
-               one_line(line.text));
-    any = true;
-  }
-  return any;
-}
-
-void tell_notes(const std::vector<std::string>& notes) {
-  for (const std::string& note : notes) {
-    fmt::print(stderr, "lamella: warning: {}\n", one_line(note));
-  }
-}
-
 // A figure at its bound is a figure still, and its deviation says what it is worth; a layer that
-// could not be judged is one that was asked for and is not there. Returns whether there is any.
-bool warn_of_doubt(const std::vector<fit::DoubtedLayer>& doubted) {
+// could not be judged is one that was asked for and is not there.
+void put_warnings(const Session& session, fit::LayeredFit* fit) {
+  const auto put = [&](const std::string& text, bool is_below) {
+    v1::Warning* warning = fit->layers.add_warnings();
+    warning->set_text(one_line(text));
+    warning->set_below_quality_asked(is_below);
+  };
+  for (const std::string& warning : session.warnings) put(warning, false);
+  for (const std::string& note : fit->notes) put(note, false);
+  for (const CheckLine& line : fit->check.lines) {
+    if (line.grade == Grade::kPoor) put(line.name + ": " + line.text, true);
+  }
+  for (const DoubtLine& line : doubt_lines(fit->doubted)) {
+    put(line.text, line.doubt == fit::Doubt::kNotJudged);
+  }
+}
+
+// Those of the manifest were told before the fit. Returns whether any is below the quality asked.
+bool tell_warnings(const v1::Layers& layers, size_t told) {
   bool any = false;
-  for (const DoubtLine& line : doubt_lines(doubted)) {
-    const bool is_below = line.doubt == fit::Doubt::kNotJudged;
-    fmt::print(stderr, "lamella: warning: {}{}\n", is_below ? "below the quality asked: " : "",
-               one_line(line.text));
-    any = any || is_below;
+  for (int i = int(told); i < layers.warnings_size(); ++i) {
+    const v1::Warning& warning = layers.warnings(i);
+    fmt::print(stderr, "lamella: warning: {}{}\n",
+               warning.below_quality_asked() ? "below the quality asked: " : "", warning.text());
+    any = any || warning.below_quality_asked();
   }
   return any;
 }
@@ -260,6 +259,7 @@ int run_fit(const FitArguments& args) {
   if (mesh && fit.layers.has_geometry()) {
     fit.layers.mutable_geometry()->set_mesh(printable(args.mesh.string()));
   }
+  put_warnings(session, &fit);
   folder.blame_place([&] { write_fit(&folder, session, watch, &fit); });
   if (args.json) {
     fmt::print("{}\n", to_json(fit.layers));
@@ -267,9 +267,7 @@ int run_fit(const FitArguments& args) {
     print_summary(fit.layers, out, watch.seconds());
   }
   std::fflush(stdout);
-  tell_notes(fit.notes);
-  const bool is_poor = warn_of_poor_data(fit.check);
-  return warn_of_doubt(fit.doubted) || is_poor ? 1 : 0;
+  return tell_warnings(fit.layers, session.warnings.size()) ? 1 : 0;
 }
 
 }  // namespace

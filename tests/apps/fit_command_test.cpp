@@ -113,6 +113,24 @@ TEST_F(FitCommand, FitsARegionWithoutADotWithAWarningAndExitsWithOne) {
   EXPECT_EQ(reasons_of_report().count(named), 1u);
 }
 
+// Failure: whoever read the report alone took for good what had a warning and exit code 1.
+TEST_F(FitCommand, HasItsWarningsInTheReportToo) {
+  shrink_lips_to_a_speck();
+  const Outcome fit = run("fit");
+  v1::Layers layers;
+  read_json(session() / "fit/layers.json", &layers);
+  std::string told;
+  bool any_below = false;
+  for (const v1::Warning& warning : layers.warnings()) {
+    told += "lamella: warning: ";
+    told += warning.below_quality_asked() ? "below the quality asked: " : "";
+    told += warning.text() + "\n";
+    any_below = any_below || warning.below_quality_asked();
+  }
+  EXPECT_EQ(told, fit.err);
+  EXPECT_TRUE(any_below);
+}
+
 TEST_F(FitCommand, RefusesForTheReasonOfCheckAndLeavesNothing) {
   change(Role::kStripes, 2, [](Image3* i) { i->setTo(cv::Scalar::all(0)); });
   const std::set<std::string> before = scratch_.contents();
