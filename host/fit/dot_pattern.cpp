@@ -7,6 +7,7 @@ namespace lamella::fit {
 namespace {
 
 constexpr int kSide = BlurredDots::kSide;
+constexpr float kLogOfNothing = -104;  // exp() is no float then, and slow to find that out
 
 int wave_number(int i) { return i < kSide / 2 ? i : i - kSide; }
 
@@ -14,6 +15,19 @@ int wave_number(int i) { return i < kSide / 2 ? i : i - kSide; }
 double disc_wave(double radius, double k) {
   if (k == 0) return M_PI * radius * radius;
   return radius * std::cyl_bessel_j(1.0, 2 * M_PI * radius * k) / k;
+}
+
+// Of every wave of the grid, the square of its cycles per mm.
+cv::Mat1f squared_waves(const PatternMetric& per_period) {
+  cv::Mat1f f2(kSide, kSide);
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = 0; x < kSide; ++x) {
+      const double kx = wave_number(x), ky = wave_number(y);
+      f2(y, x) =
+          float(per_period[0] * kx * kx + 2 * per_period[1] * kx * ky + per_period[2] * ky * ky);
+    }
+  }
+  return f2;
 }
 
 }  // namespace
@@ -51,20 +65,17 @@ DotPattern::Place DotPattern::place(const Vec2& projector_px) const {
 }
 
 BlurredDots DotPattern::blurred(const PatternMetric& metric) const {
-  const PatternMetric per_period = metric / (pitch_px_ * pitch_px_);
+  const cv::Mat1f f2 = squared_waves(metric / (pitch_px_ * pitch_px_));
   std::vector<BlurredDots::Sample> samples(size_t(kSide * kSide));
   cv::Mat_<cv::Vec2f> spectrum(kSide, kSide);
   cv::Mat1f cell;
   for (int j = 0; j < GaussianBasis::kSize; ++j) {
     const double sigma = GaussianBasis::sigma_mm(j);
     const float exponent = float(-2 * M_PI * M_PI * sigma * sigma);
-    for (int y = 0; y < kSide; ++y) {
-      for (int x = 0; x < kSide; ++x) {
-        const double kx = wave_number(x), ky = wave_number(y);
-        const double f2 =
-            per_period[0] * kx * kx + 2 * per_period[1] * kx * ky + per_period[2] * ky * ky;
-        spectrum(y, x) = {waves_(y, x) * std::exp(exponent * float(f2)), 0.f};
-      }
+    for (int i = 0; i < kSide * kSide; ++i) {
+      const float log_share = exponent * f2(i / kSide, i % kSide);
+      const float share = log_share > kLogOfNothing ? std::exp(log_share) : 0.f;
+      spectrum(i / kSide, i % kSide) = {waves_(i / kSide, i % kSide) * share, 0.f};
     }
     cv::dft(spectrum, cell, cv::DFT_INVERSE | cv::DFT_REAL_OUTPUT);
     for (int i = 0; i < kSide * kSide; ++i) {
