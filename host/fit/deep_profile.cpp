@@ -83,8 +83,8 @@ void pose(const TailEquations& equations, TailParameters* at, ceres::Problem* pr
   double* transport = &at->log_transport;
   for (const Ring& ring : equations.rings) {
     problem->AddResidualBlock(
-        new ceres::AutoDiffCostFunction<TailResidual, 1, 1, 1, 1>(new TailResidual{ring}),
-        nullptr, ld, transport, &at->log_amplitude);
+        new ceres::AutoDiffCostFunction<TailResidual, 1, 1, 1, 1>(new TailResidual{ring}), nullptr,
+        ld, transport, &at->log_amplitude);
   }
   const LogPrior dermis{std::log(equations.prior.transport_mm), kTransportSpread};
   problem->AddResidualBlock(new ceres::AutoDiffCostFunction<LogPrior, 1, 1>(new LogPrior(dermis)),
