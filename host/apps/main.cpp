@@ -10,9 +10,9 @@
 #include <system_error>
 
 #include "apps/commands.h"
-#include "apps/process_heap.h"
 #include "apps/report.h"
 #include "base/error.h"
+#include "base/process_heap.h"
 #include "io/link_client.h"
 
 namespace {
@@ -78,6 +78,6 @@ int main(int argc, char** argv) {
   // A file that grows beyond what the shell allows (ulimit -f) is an error like a full disk, not a
   // signal that leaves it half written.
   std::signal(SIGXFSZ, SIG_IGN);
-  apps::keep_heap();
+  keep_heap();
   return end_report(run(argc, argv));
 }

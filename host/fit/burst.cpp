@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "base/process_heap.h"
 #include "fit/order_statistics.h"
 
 namespace lamella::fit {
@@ -293,6 +294,9 @@ Photographs read_rest(const Session& session, ShapeFrom shape, Photographs read)
   }
   std::stable_sort(rest.begin(), rest.end(),
                    [](const Frame* a, const Frame* b) { return let_go(*a) < let_go(*b); });
+  size_t pixels = 0;
+  for (const Frame* frame : rest) pixels += size_t(session.window(frame->camera).area.area());
+  warm_heap(pixels * sizeof(Vec3));
   photographs.merge(read_photographs(session, rest));
   return photographs;
 }
