@@ -1,6 +1,8 @@
 #include "fit/channel_fit.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 
 #include "fit/jackknife.h"
 #include "fit/layered_kernel.h"
@@ -13,7 +15,8 @@ namespace {
 constexpr int kJackknifeGroups = 8;
 // Of how far ten times the smoothness moves l_d: what the smoothness itself is taken to do to it.
 constexpr double kSmoothShare = 1.0 / 3;
-constexpr double kBlurDoubt = 0.15;  // one sigma, relative, of what the kernels agree on
+constexpr double kLeastOfKernel = 0.2;  // of all dots': another draw's is light too, not less
+constexpr double kBlurDoubt = 0.15;     // one sigma, relative, of what the kernels agree on
 
 ChannelKernels channel_kernels(const std::vector<const KernelEquations*>& dots,
                                const PatternBlur& blur) {
@@ -32,6 +35,49 @@ ChannelKernels channel_kernels(const std::vector<const KernelEquations*>& dots,
     kernels.without_group.push_back(solve(rest, kTailSmoothness));
   }
   return kernels;
+}
+
+// What as many other dots might have said.
+struct AnotherDraw {
+  ExponentialMixture kernel;
+  DeepProfile deep;
+};
+
+// One for each group that was left out: off by as much as dots differ, of which leaving it out
+// shows but a part. The figures of a slab lie along a valley that bends on that way, so that no
+// multiple of what they do in its first part is what they do in the whole.
+std::vector<AnotherDraw> other_draws(const ChannelTails& tails) {
+  const std::vector<ExponentialMixture>& without = tails.kernels.without_group;
+  const double count = double(without.size()), whole = std::sqrt(count - 1);
+  std::array<double, ExponentialMixture::kSize> mean{};
+  double mean_log_ld = 0;
+  for (size_t g = 0; g < without.size(); ++g) {
+    for (size_t k = 0; k < mean.size(); ++k) mean[k] += without[g].weight[k] / count;
+    mean_log_ld += std::log(tails.without_group[g].ld_mm) / count;
+  }
+  std::vector<AnotherDraw> draws(without.size(), {tails.kernels.all, tails.all});
+  for (size_t g = 0; g < without.size(); ++g) {
+    for (size_t k = 0; k < mean.size(); ++k) {
+      draws[g].kernel.weight[k] += whole * (without[g].weight[k] - mean[k]);
+    }
+    draws[g].deep.ld_mm *= std::exp(whole * (std::log(tails.without_group[g].ld_mm) - mean_log_ld));
+  }
+  return draws;
+}
+
+// Of others, from `profile`.
+LayeredProfile root_mean_square_off(const std::vector<LayeredProfile>& others,
+                                    const LayeredProfile& profile) {
+  LayeredProfile off;
+  const auto add = [&](double to, double from, double* rms) {
+    *rms = std::hypot(*rms, (to - from) / std::sqrt(double(others.size())));
+  };
+  for (const LayeredProfile& other : others) {
+    add(other.alpha_dot, profile.alpha_dot, &off.alpha_dot);
+    add(other.shallow_alpha, profile.shallow_alpha, &off.shallow_alpha);
+    add(other.shallow_ld_mm, profile.shallow_ld_mm, &off.shallow_ld_mm);
+  }
+  return off;
 }
 
 }  // namespace
@@ -78,28 +124,20 @@ void lean_on_each_other(const std::vector<ChannelTails*>& tails) {
   }
 }
 
-void widen_layers(const ChannelTails& tails, const ShallowLight& shallow, LayeredProfile* layers) {
+void widen_layers(const ChannelTails& tails, const KnownSkin& known, LayeredProfile* layers) {
   const auto refine = [&](const ExponentialMixture& kernel, const DeepProfile& deep) {
-    return refine_layered_profile(kernel, deep, shallow, *layers);
+    const auto value = [&](double r_mm) {
+      return std::max(kernel(r_mm), kLeastOfKernel * tails.kernels.all(r_mm));
+    };
+    return refine_layered_profile(value, deep, known, *layers);
   };
-  std::vector<double> alpha_dot, shallow_alpha, shallow_ld_mm;
-  for (size_t g = 0; g < tails.without_group.size(); ++g) {
-    const LayeredProfile rest = refine(tails.kernels.without_group[g], tails.without_group[g]);
-    alpha_dot.push_back(rest.alpha_dot);
-    shallow_alpha.push_back(rest.shallow_alpha);
-    shallow_ld_mm.push_back(rest.shallow_ld_mm);
+  std::vector<LayeredProfile> drawn;
+  for (const AnotherDraw& draw : other_draws(tails)) {
+    drawn.push_back(refine(draw.kernel, draw.deep));
   }
-  LayeredProfile of_dots;
-  of_dots.alpha_dot = jackknife_stddev(alpha_dot);
-  of_dots.shallow_alpha = jackknife_stddev(shallow_alpha);
-  of_dots.shallow_ld_mm = jackknife_stddev(shallow_ld_mm);
-  const LayeredProfile blurred = refine(tails.kernels.more_blurred, tails.more_blurred);
-  LayeredProfile of_blur;
-  of_blur.alpha_dot = blurred.alpha_dot - layers->alpha_dot;
-  of_blur.shallow_alpha = blurred.shallow_alpha - layers->shallow_alpha;
-  of_blur.shallow_ld_mm = blurred.shallow_ld_mm - layers->shallow_ld_mm;
-  widen(of_dots, layers);
-  widen(of_blur, layers);
+  widen(root_mean_square_off(drawn, *layers), layers);
+  widen(root_mean_square_off({refine(tails.kernels.more_blurred, tails.more_blurred)}, *layers),
+        layers);
 }
 
 LayerContest contest_of(const std::vector<const KernelEquations*>& dots, double ld_mm,

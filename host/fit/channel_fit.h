@@ -18,12 +18,6 @@ struct PatternBlur {
 
 PatternBlur pattern_blur(const Session& session, const std::vector<RegionEquations>& regions);
 
-// What is known of a channel before its kernel is looked at.
-struct KnownSkin {
-  SkinPrior prior;
-  ShallowLight shallow;
-};
-
 // Kernels of a channel: of all its dots, and what they might as well be.
 struct ChannelKernels {
   ExponentialMixture all, stiff, more_blurred;
@@ -46,7 +40,7 @@ ChannelTails fit_tails(const std::vector<const KernelEquations*>& dots, const Sk
 void lean_on_each_other(const std::vector<ChannelTails*>& tails);
 
 // Adds what other dots and another blur would make of the layers to their deviations.
-void widen_layers(const ChannelTails& tails, const ShallowLight& shallow, LayeredProfile* layers);
+void widen_layers(const ChannelTails& tails, const KnownSkin& known, LayeredProfile* layers);
 
 // Both layers against one dipole, the tail's l_d being `ld_mm`.
 LayerContest contest_of(const std::vector<const KernelEquations*>& dots, double ld_mm,

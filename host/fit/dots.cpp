@@ -273,14 +273,14 @@ void fit_region(LayerUse use, const RegionData& data, const PatternBlur& blur,
     const auto c = size_t(channel);
     const ChannelTails& tails = data.tails[c];
     shallow[c] = data.known[c].shallow;
-    slabs[c] = fit_layered_profiles(tails.kernels.all, tails.all, shallow[c]);
+    slabs[c] = fit_layered_profiles(tails.kernels.all, tails.all, data.known[c]);
     contests[c] = contest_of((*data.dots)[c], tails.all.ld_mm, shallow[c].share, blur);
   });
   std::array<LayeredProfile, 3> layers = on_best_slab(slabs);
   region->thickness_mm = layers[0].thickness_mm;
   parallel_for(3, [&](int channel) {
     const auto c = size_t(channel);
-    widen_layers(data.tails[c], shallow[c], &layers[c]);
+    widen_layers(data.tails[c], data.known[c], &layers[c]);
   });
   for (size_t c = 0; c < 3; ++c) put_channel(data.tails[c].all, layers[c], c, region);
   choose_layers(use, contests, shallow, region);

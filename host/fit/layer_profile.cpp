@@ -13,14 +13,21 @@ namespace lamella::fit {
 
 namespace {
 
-constexpr double kTolerance = 1e-9;          // of a step's gain, relative
+constexpr double kSlabTolerance = 1e-9;      // of a step's gain, relative
 constexpr double kToleranceOfSpread = 1e-5;  // where figures tell a deviation and nothing else
 constexpr double kKernelError = 0.05;        // relative, of what the dots say of the kernel
-constexpr double kNearestRing_mm = 0.1;
+constexpr double kNearestOfKernel_mm = 0.1;
 constexpr int kRingCount = 32;
 constexpr double kSmallestShare = 0.02;   // a layer with less is within the noise
 constexpr double kSmallestAlbedo = 0.01;  // of a slab: nearly nothing, but light
-constexpr double kSlabAlbedoError = 0.5;  // of its logarithm: transmittance, texture, diffusion
+// Of its logarithm: diffusion and texture, and what is above the slab. Dark skin's melanin leaves a
+// tenth of its light.
+constexpr double kSlabAlbedoError = 1;
+// What tissue is like, one sigma of the logarithm each: 1/sigma_t' of the slab against dermis's,
+// the deep dipole's in the whole kernel against that in its tail, and the slab's l_d. A slab that
+// is thinner than its l_d hardly absorbs, and how hardly no kernel tells.
+constexpr double kSlabTransportSpread = 0.3, kDeepTransportSpread = 0.5, kSlabLdSpread = 0.5;
+constexpr double kUsualSlabLd_mm = 1;
 
 // The slab reflects what the stripes measured. The shape of the kernel alone hardly tells its
 // albedo from its mean free path, and runs off to slabs that are no light's (sec. 4.2: the shallow
@@ -41,6 +48,28 @@ struct SlabAlbedo {
   }
 };
 
+struct SlabTransport {
+  double log_usual_mm;
+
+  template <class Real>
+  bool operator()(const Real* shallow_s, const Real* log_shallow_ld, Real* residual) const {
+    using std::log;
+    *residual = (log(*shallow_s) + *log_shallow_ld - log_usual_mm) / kSlabTransportSpread;
+    return true;
+  }
+};
+
+struct DeepTransport {
+  double log_s_of_tail;
+
+  template <class Real>
+  bool operator()(const Real* deep_s, Real* residual) const {
+    using std::log;
+    *residual = (log(*deep_s) - log_s_of_tail) / kDeepTransportSpread;
+    return true;
+  }
+};
+
 struct LayeredParameters {
   double deep_s, shallow_s, log_shallow_ld;
 };
@@ -51,6 +80,8 @@ struct LayeredEquations {
   std::vector<Ring> rings;
   double ld_mm, shallow_share;
   SlabAlbedo slab;
+  SlabTransport slab_transport;
+  DeepTransport deep_transport;
 
   template <class Real>
   LayeredShape<Real> shape(const Real& deep_s, const Real& shallow_s,
@@ -124,9 +155,7 @@ class LayeredProblem {
       problem_.AddResidualBlock(new RingCost(rings_, i), new ceres::SoftLOneLoss(1.0), &at->deep_s,
                                 &at->shallow_s, &at->log_shallow_ld);
     }
-    problem_.AddResidualBlock(
-        new ceres::AutoDiffCostFunction<SlabAlbedo, 1, 1, 1>(new SlabAlbedo(equations.slab)),
-        nullptr, &at->shallow_s, &at->log_shallow_ld);
+    add_known(equations, at);
     const double least_s = model::s_from_alpha(kHighestAlpha);
     bound(&at->deep_s, least_s, model::s_from_alpha(kLowestAlpha));
     bound(&at->shallow_s, least_s, model::s_from_alpha(kLowestAlpha));
@@ -140,6 +169,22 @@ class LayeredProblem {
     ceres::Problem::Options options;
     options.evaluation_callback = rings;
     return options;
+  }
+
+  // What is known but for the kernel.
+  void add_known(const LayeredEquations& equations, LayeredParameters* at) {
+    problem_.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<SlabAlbedo, 1, 1, 1>(new SlabAlbedo(equations.slab)),
+        nullptr, &at->shallow_s, &at->log_shallow_ld);
+    problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<SlabTransport, 1, 1, 1>(
+                                  new SlabTransport(equations.slab_transport)),
+                              nullptr, &at->shallow_s, &at->log_shallow_ld);
+    problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<DeepTransport, 1, 1>(
+                                  new DeepTransport(equations.deep_transport)),
+                              nullptr, &at->deep_s);
+    const LogPrior ld{std::log(kUsualSlabLd_mm), kSlabLdSpread};
+    problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<LogPrior, 1, 1>(new LogPrior(ld)),
+                              nullptr, &at->log_shallow_ld);
   }
 
   void bound(double* value, double low, double high) {
@@ -177,7 +222,7 @@ std::vector<Arm> find_arms(const LayeredEquations& equations,
                            const std::vector<LayeredParameters>& starts) {
   std::vector<Arm> arms;
   for (LayeredParameters at : starts) {
-    const double cost = descend(equations, kTolerance, &at);
+    const double cost = descend(equations, kSlabTolerance, &at);
     arms.push_back({at, cost});
   }
   std::stable_sort(arms.begin(), arms.end(),
@@ -250,11 +295,13 @@ void judge_shallow(double share, LayeredProfile* profile) {
 }
 
 LayeredEquations ring_equations(const RadialProfile& kernel, const DeepProfile& deep,
-                                const ShallowLight& shallow, double thickness_mm) {
-  LayeredEquations equations{rings_of(kernel, kNearestRing_mm, kRingCount),
+                                const KnownSkin& known, double thickness_mm) {
+  LayeredEquations equations{rings_of(kernel, kNearestOfKernel_mm, kRingCount),
                              deep.ld_mm,
-                             shallow.share,
-                             {std::max(shallow.albedo, kSmallestAlbedo), thickness_mm}};
+                             known.shallow.share,
+                             {std::max(known.shallow.albedo, kSmallestAlbedo), thickness_mm},
+                             {std::log(known.prior.transport_mm)},
+                             {std::log(deep.transport_mm / deep.ld_mm)}};
   double light = 0;
   for (const Ring& ring : equations.rings) light += ring.r_mm * ring.r_mm * ring.value / kRingCount;
   for (Ring& ring : equations.rings) ring.weight = ring.r_mm * ring.r_mm / (light * kKernelError);
@@ -264,11 +311,11 @@ LayeredEquations ring_equations(const RadialProfile& kernel, const DeepProfile& 
 }  // namespace
 
 SlabProfiles fit_layered_profiles(const RadialProfile& kernel, const DeepProfile& deep,
-                                  const ShallowLight& shallow) {
+                                  const KnownSkin& known) {
   const std::vector<LayeredParameters> starts = usual_starts(deep.transport_mm / deep.ld_mm);
   SlabProfiles profiles;
   for (size_t i = 0; i < kSlabs_mm.size(); ++i) {
-    const LayeredEquations equations = ring_equations(kernel, deep, shallow, kSlabs_mm[i]);
+    const LayeredEquations equations = ring_equations(kernel, deep, known, kSlabs_mm[i]);
     const std::vector<Arm> arms = find_arms(equations, starts);
     LayeredProfile& profile = profiles[i];
     profile = profile_at(equations, arms.front().at);
@@ -277,7 +324,7 @@ SlabProfiles fit_layered_profiles(const RadialProfile& kernel, const DeepProfile
     profile.cost = arms.front().cost;
     profile.deep_rms = deep.rms;
     if (!deep.at_bound.empty()) profile.deep_at_bound = deep.at_bound;
-    judge_shallow(shallow.share, &profile);
+    judge_shallow(known.shallow.share, &profile);
   }
   return profiles;
 }
@@ -313,10 +360,10 @@ void widen(const LayeredProfile& by, LayeredProfile* profile) {
 }
 
 LayeredProfile refine_layered_profile(const RadialProfile& kernel, const DeepProfile& deep,
-                                      const ShallowLight& shallow, const LayeredProfile& near) {
+                                      const KnownSkin& known, const LayeredProfile& near) {
   LayeredParameters at{model::s_from_alpha(near.alpha_dot), model::s_from_alpha(near.shallow_alpha),
                        std::log(near.shallow_ld_mm)};
-  descend(ring_equations(kernel, deep, shallow, near.thickness_mm), kToleranceOfSpread, &at);
+  descend(ring_equations(kernel, deep, known, near.thickness_mm), kToleranceOfSpread, &at);
   return figures_of(at);
 }
 

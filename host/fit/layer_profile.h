@@ -1,5 +1,5 @@
-// From a scattering kernel to the parameters that a renderer uses: the dipole of its tail, and the
-// multipole that completes it.
+// From a scattering kernel to the parameters that a renderer uses: the multipole that completes the
+// dipole of its tail.
 #pragma once
 
 #include <array>
@@ -11,6 +11,7 @@ namespace lamella::fit {
 
 // Slabs that the shallow layer may be, mm: the paper's (sec. 4.2), and those in which what stripes
 // call shallow spreads further, as it does in light skin: all that comes back within their width.
+// Which of them it is says what explains the kernels, not how thick skin is.
 inline constexpr std::array<double, 3> kSlabs_mm{0.5, 1, 2};
 
 struct LayeredProfile {
@@ -22,7 +23,7 @@ struct LayeredProfile {
   double deep_rms = 0, shallow_rms = 0;  // relative, weighted by the light
   bool shallow_fitted = false;
   std::string shallow_why;
-  std::string deep_at_bound, shallow_at_bound;  // as above
+  std::string deep_at_bound, shallow_at_bound;  // as DeepProfile's
 };
 
 // What the stripes measured of the shallow layer.
@@ -31,12 +32,19 @@ struct ShallowLight {
   double albedo = 0;  // reflectance
 };
 
+// What is known of a channel before its kernel is looked at.
+struct KnownSkin {
+  SkinPrior prior;
+  ShallowLight shallow;
+};
+
 // Deep dipole of mean free path `ld_mm` and shallow multipole together, to the whole kernel. Their
 // integrals are in the proportion that the stripes measured, and the multipole's is about the
-// albedo that these did (sec. 4.2). One for each of kSlabs_mm.
+// albedo that these did (sec. 4.2). A kernel hardly tells alpha' and l_d of either layer from each
+// other: what it leaves open is as tissue has it. One for each of kSlabs_mm.
 using SlabProfiles = std::array<LayeredProfile, kSlabs_mm.size()>;
 SlabProfiles fit_layered_profiles(const RadialProfile& kernel, const DeepProfile& deep,
-                                  const ShallowLight& shallow);
+                                  const KnownSkin& known);
 
 // Which of kSlabs_mm explains the kernels of all channels best: skin has one thickness.
 size_t best_slab(const std::array<SlabProfiles, 3>& channels);
@@ -48,9 +56,8 @@ std::array<LayeredProfile, 3> on_best_slab(const std::array<SlabProfiles, 3>& ch
 // Adds deviations, the figures of `by`, to those of `profile`.
 void widen(const LayeredProfile& by, LayeredProfile* profile);
 
-// The same from a solution that is near, of the figures alone: of most of the dots, say, from that
-// of all.
+// The same from a solution that is near, of the figures alone: of other dots, say.
 LayeredProfile refine_layered_profile(const RadialProfile& kernel, const DeepProfile& deep,
-                                      const ShallowLight& shallow, const LayeredProfile& near);
+                                      const KnownSkin& known, const LayeredProfile& near);
 
 }  // namespace lamella::fit

@@ -226,7 +226,7 @@ TEST(DeepProfile, OfAKernelThatIsFarFromAnyDipolesIsHardlyKnown) {
 TEST(LayeredProfile, DeepAndShallowTogetherIntegrateToTheKernel) {
   const GaussianBasis::Weights kernel = exponential_kernel(0.8);
   const DeepProfile deep = fit_deep_profile(profile_of(kernel), {});
-  const LayeredProfile layers = fit_layered_profiles(profile_of(kernel), deep, {0.5, 0.2})[0];
+  const LayeredProfile layers = fit_layered_profiles(profile_of(kernel), deep, {{}, {0.5, 0.2}})[0];
   EXPECT_TRUE(layers.shallow_fitted) << layers.shallow_why;
   EXPECT_GT(layers.shallow_alpha, 0);
   EXPECT_LT(layers.shallow_alpha, 1);
@@ -249,15 +249,16 @@ TEST(LayeredProfile, SaysWhichFigureStandsAtItsBound) {
   const GaussianBasis::Weights kernel = exponential_kernel(0.8);
   const DeepProfile deep = fit_deep_profile(profile_of(kernel), {});
   EXPECT_EQ(deep.at_bound, "");
-  const LayeredProfile even = fit_layered_profiles(profile_of(kernel), deep, {0.5, 0.2})[0];
+  const LayeredProfile even = fit_layered_profiles(profile_of(kernel), deep, {{}, {0.5, 0.2}})[0];
   EXPECT_EQ(even.deep_at_bound, "");
   EXPECT_EQ(even.shallow_at_bound, "");
   const LayeredProfile little_shallow =
-      fit_layered_profiles(profile_of(kernel), deep, {0.2, 0.2})[0];
+      fit_layered_profiles(profile_of(kernel), deep, {{}, {0.2, 0.2}})[0];
   ASSERT_NEAR(little_shallow.shallow_ld_mm, 0.1, 1e-5);
   EXPECT_EQ(little_shallow.deep_at_bound, "");
   EXPECT_EQ(little_shallow.shallow_at_bound, "l_d, 0.1 mm");
-  const LayeredProfile little_deep = fit_layered_profiles(profile_of(kernel), deep, {0.9, 0.2})[0];
+  const LayeredProfile little_deep =
+      fit_layered_profiles(profile_of(kernel), deep, {{}, {0.9, 0.2}})[0];
   ASSERT_NEAR(little_deep.alpha_dot, 0.02, 1e-5);
   EXPECT_EQ(little_deep.deep_at_bound, "alpha_dot, 0.02");
   EXPECT_EQ(little_deep.shallow_at_bound, "");
@@ -266,7 +267,7 @@ TEST(LayeredProfile, SaysWhichFigureStandsAtItsBound) {
 TEST(LayeredProfile, ShallowLayerThatTheStripesDoNotSeeIsDroppedWithAReason) {
   const GaussianBasis::Weights kernel = exponential_kernel(0.8);
   const LayeredProfile layers = fit_layered_profiles(
-      profile_of(kernel), fit_deep_profile(profile_of(kernel), {}), {0.001, 0.001})[0];
+      profile_of(kernel), fit_deep_profile(profile_of(kernel), {}), {{}, {0.001, 0.001}})[0];
   EXPECT_FALSE(layers.shallow_fitted);
   EXPECT_FALSE(layers.shallow_why.empty());
 }
@@ -284,7 +285,7 @@ SlabProfiles profiles_of_slab(double thickness_mm) {
   DeepProfile deep;
   deep.ld_mm = skin.deep_ld_mm;
   deep.transport_mm = skin.deep_s * skin.deep_ld_mm;
-  return fit_layered_profiles(skin, deep, {skin.shallow_share, model::multipole_total(slab)});
+  return fit_layered_profiles(skin, deep, {{}, {skin.shallow_share, model::multipole_total(slab)}});
 }
 
 // Failure: light skin, whose shallow light spreads a millimetre and more, has a kernel that is a

@@ -63,7 +63,7 @@ TEST(FitLimits, ASlabThatTheKernelWouldMakeTooThinForDiffusionReflectsWhatTheStr
   const auto kernel = [&](double r_mm) { return GaussianBasis::profile(weights, r_mm); };
   for (double albedo : {0.03, 0.15, 0.4}) {
     const DeepProfile deep = fit_deep_profile(kernel, {});
-    for (const LayeredProfile& layers : fit_layered_profiles(kernel, deep, {0.3, albedo})) {
+    for (const LayeredProfile& layers : fit_layered_profiles(kernel, deep, {{}, {0.3, albedo}})) {
       EXPECT_TRUE(layers.shallow_fitted) << layers.shallow_why;
       const model::Multipole<double> slab{layers.shallow_alpha, layers.shallow_ld_mm,
                                           layers.thickness_mm};
