@@ -155,6 +155,7 @@ void print_summary(const v1::Layers& layers, const fs::path& out, double total_s
   print_reasons(layers);
   print_motion(layers.motion());
   if (layers.has_led_gains()) print_led_gains(layers.led_gains());
+  if (layers.has_one_layer()) fmt::print("layers of the skin: {}\n", layers.one_layer().why());
   fmt::print("\nwrote {} in {:.2f} s\n", out.string(), total_s);
 }
 

@@ -7,6 +7,7 @@
 #include "base/parallel.h"
 #include "fit/box_sums.h"
 #include "fit/channel_fit.h"
+#include "fit/one_layer.h"
 #include "fit/order_statistics.h"
 #include "fit/scattering.h"
 #include "model/diffuse_reflectance.h"
@@ -286,9 +287,32 @@ void fit_region(LayerUse use, const RegionData& data, const PatternBlur& blur,
   choose_layers(use, contests, shallow, region);
 }
 
+OneLayerVerdict verdict_of(const Burst& burst, const std::vector<RegionData>& regions) {
+  std::vector<OneLayerRegion> known;
+  for (const RegionData& region : regions) {
+    if (!region.dots) continue;
+    OneLayerRegion one{*region.dots, {}};
+    for (size_t c = 0; c < 3; ++c) one.reflectance[c] = region.known[c].prior.reflectance;
+    known.push_back(std::move(one));
+  }
+  const Session& session = *burst.session;
+  return judge_one_layer(known, footprint_mm(session.left, session.projector));
+}
+
+// A slab then stands for what a dipole is wrong by where light enters, and for no layer.
+void tell_one_layer(const OneLayerVerdict& verdict, std::vector<RegionScattering>* regions) {
+  for (RegionScattering& region : *regions) {
+    if (!verdict.is_one || !region.shallow_fitted) continue;
+    region.shallow_why +=
+        "; but skin is found to be one homogeneous layer, and this one stands "
+        "for what a dipole does not foresee of it";
+  }
+}
+
 // Those that have no dots stay empty.
 void fit_regions(const Burst& burst, LayerUse use, const std::vector<RegionEquations>& equations,
-                 const Separation& separation, std::vector<RegionScattering>* out) {
+                 const Separation& separation, Scattering* scattering) {
+  std::vector<RegionScattering>* out = &scattering->regions;
   const PatternBlur blur = pattern_blur(*burst.session, equations);
   std::vector<RegionData> regions = measure_regions(burst, separation, equations, blur);
   for (size_t c = 0; c < 3; ++c) {
@@ -301,6 +325,9 @@ void fit_regions(const Burst& burst, LayerUse use, const std::vector<RegionEquat
   parallel_for(int(regions.size()), [&](int i) {
     if (regions[size_t(i)].dots) fit_region(use, regions[size_t(i)], blur, &(*out)[size_t(i)]);
   });
+  if (use != LayerUse::kAuto) return;
+  scattering->one_layer = verdict_of(burst, regions);
+  tell_one_layer(scattering->one_layer, out);
 }
 
 }  // namespace
@@ -314,7 +341,7 @@ Scattering fit_scattering(const Burst& burst, const Geometry& geometry, const No
   for (size_t i = 0; i < scattering.regions.size(); ++i) {
     equations.push_back(equations_of_region(dots, int(i) + 1));
   }
-  fit_regions(burst, use, equations, *separation, &scattering.regions);
+  fit_regions(burst, use, equations, *separation, &scattering);
   const std::vector<RegionScattering> measured = scattering.regions;
   for (size_t i = 0; i < measured.size(); ++i) {
     if (measured[i].dots == 0) borrow(burst.regions, i, &scattering.regions);

@@ -138,7 +138,8 @@ Weights exponential_kernel(double l_mm) {
 }
 
 WeightEquations::WeightEquations(const KernelEquations& equations, double offset_sigma)
-    : stiffness_(equations.left(kSize, kSize) + 1 / (offset_sigma * offset_sigma)),
+    : weight_(equations.left(kSize, kSize)),
+      stiffness_(weight_ + 1 / (offset_sigma * offset_sigma)),
       right_(equations.right(kSize)),
       coupling_(equations.left.topRightCorner<kSize, 1>()) {
   a = equations.left.topLeftCorner<kSize, kSize>() - coupling_ * coupling_.transpose() / stiffness_;

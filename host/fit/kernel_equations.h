@@ -39,12 +39,13 @@ struct WeightEquations {
 
   WeightEquations(const KernelEquations& equations, double offset_sigma);
   double offset(const Vector& weights) const;  // its best value at these
+  double weight() const { return weight_; }    // sum over the samples
 
   Matrix a;
   Vector b;
 
  private:
-  double stiffness_, right_;
+  double weight_, stiffness_, right_;
   Vector coupling_;
 };
 

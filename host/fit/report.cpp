@@ -136,6 +136,16 @@ void report_source(const Burst& burst, const Mask& measured, LayeredFit* fit) {
        100 * covered, "%", 100 * kLeastCoveredByMesh});
 }
 
+void put_one_layer(const OneLayerVerdict& from, LayeredFit* fit) {
+  if (from.why.empty()) return;
+  v1::OneLayer* to = fit->layers.mutable_one_layer();
+  to->set_found(from.is_one);
+  to->set_why(from.why);
+  if (!from.is_told) return;
+  to->set_excess(from.excess);
+  to->set_excess_stddev(from.excess_stddev);
+}
+
 }  // namespace
 
 void start_report(const Burst& burst, LayeredFit* fit) {
@@ -225,6 +235,7 @@ void report_scattering(const Scattering& scattering, LayeredFit* fit) {
   const auto deep = fit->maps.confidence.find("deep_albedo");
   if (deep != fit->maps.confidence.end()) put_confidence("deep_alpha", deep->second, fit);
   put_confidence("deep_ld", scattering.ld_confidence, fit);
+  put_one_layer(scattering.one_layer, fit);
   for (int i = 0; i < fit->layers.regions_size(); ++i) {
     v1::Region* region = fit->layers.mutable_regions(i);
     const RegionScattering& from = scattering.regions[size_t(i)];

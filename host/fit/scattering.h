@@ -7,6 +7,7 @@
 #include "fit/doubt.h"
 #include "fit/layer_choice.h"
 #include "fit/normals.h"
+#include "fit/one_layer.h"
 
 namespace lamella::fit {
 
@@ -38,6 +39,7 @@ struct RegionScattering {
 
 struct Scattering {
   std::vector<RegionScattering> regions;  // by label - 1
+  OneLayerVerdict one_layer;              // of all regions, where layers were free to choose
   Image3 deep_ld_mm;                      // blended across region borders
   Image1 ld_confidence;                   // of that, by its regions' deviations
   Image3 deep_alpha;                      // from deep_albedo by eq. 8

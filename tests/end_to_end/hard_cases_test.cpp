@@ -15,6 +15,13 @@ TEST_F(HardCase, TheFitItselfIsANumberWhereverItIsConfident) {
   }
 }
 
+TEST_F(HardCase, OfSkinThatHasAllFourLayersEveryRegionKeepsTheShallowOne) {
+  EXPECT_FALSE(whole->layers.one_layer().found()) << whole->layers.one_layer().why();
+  for (const v1::Region& region : whole->layers.regions()) {
+    EXPECT_TRUE(region.layers().shallow()) << region.name();
+  }
+}
+
 TEST_F(HardCase, HalfTheExposureWithTwiceTheScaleIsTheSameFit) {
   SpoiltSession session = spoilt();
   for (Json& camera : session.manifest["rig"]["cameras"]) {
