@@ -17,6 +17,7 @@ namespace {
 // Where a fit found the regions itself, their rims are skin that hardly any light reaches.
 constexpr double kLeastPosition = 0.97, kLeastPositionOfFound = 0.85;
 constexpr double kNoSurface = 0.1;  // specks: nothing that a map or an export could show
+constexpr double kLeastSize_mm = 10, kMostSize_mm = 300;  // faces have 43 to 60
 constexpr double kLeastAgreed = 0.5;
 constexpr double kMostApart_px = 0.25;  // what a calibration is good to; good sessions have 0.01
 constexpr double kMostFullOff = 0.01;   // 7 % of c; good sessions have 0.1 %
@@ -131,6 +132,32 @@ void judge_positions(const Burst& burst, LayeredFit* fit) {
                          "not agree with the calibration, or are not seen",
                          100 * share, 100 * least),
              share, least, fit);
+}
+
+void judge_size(const Burst& burst, const Geometry& geometry, LayeredFit* fit) {
+  Vec3d sum(0, 0, 0);
+  double squares = 0, count = 0;
+  for (int y = 0; y < burst.regions.rows; ++y) {
+    for (int x = 0; x < burst.regions.cols; ++x) {
+      if (!burst.regions(y, x) || !is_finite(geometry.position_mm(y, x))) continue;
+      const Vec3d p(geometry.position_mm(y, x));
+      sum += p;
+      squares += p.dot(p);
+      ++count;
+    }
+  }
+  const Vec3d middle = sum * (1 / std::max(1.0, count));
+  const double size_mm = std::sqrt(squares / std::max(1.0, count) - middle.dot(middle));
+  put_figure("size_mm", size_mm, fit);
+  if (!(size_mm < kLeastSize_mm) && !(size_mm > kMostSize_mm)) return;
+  poor({.name = "size of the subject",
+        .text = fmt::format("{:.1f} mm from its middle, RMS, {:g} to {:g}: lengths are not to be "
+                            "believed; state translation_mm in mm",
+                            size_mm, kLeastSize_mm, kMostSize_mm),
+        .figure = size_mm,
+        .unit = "mm",
+        .limit = size_mm < kLeastSize_mm ? kLeastSize_mm : kMostSize_mm},
+       fit);
 }
 
 void judge_right(const Geometry& geometry, LayeredFit* fit) {

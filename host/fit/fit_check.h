@@ -20,6 +20,9 @@ void require_surface(const Burst& burst, const Geometry& geometry);
 // of its own.
 void judge_positions(const Burst& burst, LayeredFit* fit);
 
+// How large what was measured is: a rig stated in centimetres is as sharp as one in millimetres.
+void judge_size(const Burst& burst, const Geometry& geometry, LayeredFit* fit);
+
 // The left camera's positions against the right one's.
 void judge_right(const Geometry& geometry, LayeredFit* fit);
 

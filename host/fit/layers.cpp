@@ -147,6 +147,7 @@ void run_steps(Step until, LayerUse use, Burst* burst, Course* course, LayeredFi
 
   Geometry geometry = timed(course, "geometry", [&] { return take_geometry(burst); });
   require_surface(*burst, geometry);
+  judge_size(*burst, geometry, fit);
   judge_right(geometry, fit);
   remove_pattern_extinction(geometry, burst);
   if (until == Step::kGeometry) {

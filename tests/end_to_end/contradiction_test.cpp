@@ -71,6 +71,16 @@ TEST_F(HardCase, ACameraThatIsElsewhereAgreesWithNoOther) {
   expect_says(session.fitted(fit::Step::kGeometry), "right camera");
 }
 
+// Failure: l_d a tenth of what it is, without a word.
+TEST_F(HardCase, ARigStatedInCentimetresHasASubjectThatIsTooSmall) {
+  SpoiltSession session = spoilt();
+  Json& rig = session.manifest["rig"];
+  for (Json* view : {&rig["cameras"][0], &rig["cameras"][1], &rig["projector"]}) {
+    for (Json& mm : (*view)["translation_mm"]) mm = double(mm) / 10;
+  }
+  expect_says(session.fitted(fit::Step::kGeometry), "size of the subject");
+}
+
 // Failure: within the tolerance of every point, and all points were off by the same.
 TEST_F(HardCase, ACameraWhoseMiddleIsAThirdOfAPixelOffSeesEverythingAside) {
   SpoiltSession session = spoilt();
