@@ -287,7 +287,12 @@ void fit_region(LayerUse use, const RegionData& data, const PatternBlur& blur,
   choose_layers(use, contests, shallow, region);
 }
 
+// What colour found regions by, and a shape that the fringes did not measure, move it by more than
+// its deviation says.
 OneLayerVerdict verdict_of(const Burst& burst, const std::vector<RegionData>& regions) {
+  if (burst.mesh || !burst.has_given_regions) {
+    return {.why = "not judged, as that takes given regions and positions by the fringes"};
+  }
   std::vector<OneLayerRegion> known;
   for (const RegionData& region : regions) {
     if (!region.dots) continue;

@@ -28,6 +28,7 @@ constexpr double kMostStripeMisfit = 0.1;
 constexpr double kLeastCoherence = 0.9;
 constexpr double kLeastDarkDots = 0.9;
 constexpr double kMostDotWrong = 0.06, kMostDotOff = 0.08;  // of the diameter
+constexpr double kLeastWidth = 0.4;                         // of it: with less, nothing was located
 constexpr double kLeastBetween = 0.8, kMostBetween = 1.06;
 // A frame that is turned makes an albedo 13 % wrong. Faces are taken from the side too.
 constexpr double kMostAway_deg = 60;
@@ -74,9 +75,17 @@ double answered_share(const Labels& regions, const Image3& map) {
 
 // In projector pixels, what they measure against what is stated.
 void judge_dot_shape(const Patterns& stated, const DotsSeen& seen, LayeredFit* fit) {
-  put_figure("dots_off_px", seen.off_px, fit);
   put_figure("dots_diameter_px", seen.diameter_px, fit);
   const double wrong = std::abs(seen.diameter_px / stated.dot_diameter_px - 1);
+  if (seen.diameter_px < kLeastWidth * stated.dot_diameter_px) {
+    poor_share(
+        "size and place of the dots",
+        "they miss hardly any light: l_d is not to be believed; state the exposure of DOTS, and "
+        "their pattern, as they were",
+        wrong, kMostDotWrong, fit);
+    return;
+  }
+  put_figure("dots_off_px", seen.off_px, fit);
   const double most_off_px = kMostDotOff * stated.dot_diameter_px;
   if (!(wrong > kMostDotWrong) && !(seen.off_px > most_off_px)) return;
   poor_share("size and place of the dots",

@@ -161,8 +161,10 @@ OpenMean open_mean(const std::vector<FarLed>& leds, const Vec3& n) {
 LedGains estimate_led_gains(const LightStage& stage, const std::vector<LedWitness>& witnesses) {
   LedGains gains;
   if (witnesses.size() < kFewestWitnesses) {
-    gains.why = fmt::format("{} places of skin tell, and {} are needed", witnesses.size(),
-                            kFewestWitnesses);
+    gains.why = fmt::format(
+        "{} places of skin tell, and {} are needed; nor is GRADIENT_FULL held against "
+        "the gradients",
+        witnesses.size(), kFewestWitnesses);
     return gains;
   }
   const std::vector<FarLed> leds = far_leds(stage);

@@ -190,17 +190,18 @@ Eigen::Vector3d channel_weights(const SharedMatrix& covariance) {
 
 std::string describe(const OneLayerVerdict& verdict, bool is_likely) {
   const double percent = 100 * std::expm1(verdict.excess);
-  const double sigma = 100 * std::exp(verdict.excess) * verdict.excess_stddev;
   const std::string told = fmt::format(
-      "one homogeneous layer with the kernels of all regions would reflect {:.0f} +- {:.0f} % {} "
-      "than is measured",
-      std::abs(percent), sigma, percent < 0 ? "less" : "more");
-  if (!verdict.is_one) return told + (is_likely ? ": one or two is not told apart" : "");
-  return told + fmt::format(
-                    ", and skin of two layers {:.0f} % or more: one is enough by {:.1f} "
-                    "sigma",
-                    100 * std::expm1(kLeastExcess),
-                    (kLeastExcess - verdict.excess) / verdict.excess_stddev);
+      "one homogeneous layer with these kernels would reflect {:.0f} +- {:.0f} % {} than is "
+      "measured",
+      std::abs(percent), 100 * std::exp(verdict.excess) * verdict.excess_stddev,
+      percent < 0 ? "less" : "more");
+  if (!is_likely) return "more than one, as " + told;
+  const std::string of_two = fmt::format(", and for skin of two it would be at least {:.0f} % more",
+                                         100 * std::expm1(kLeastExcess));
+  if (!verdict.is_one) return "one or two, which is not told apart: " + told + of_two;
+  return "one is enough: " + told + of_two +
+         fmt::format(", {:.1f} sigma away",
+                     (kLeastExcess - verdict.excess) / verdict.excess_stddev);
 }
 
 }  // namespace
@@ -235,7 +236,7 @@ OneLayerVerdict judge_one_layer(const std::vector<OneLayerRegion>& regions, doub
   const double told =
       1 - weights.dot(covariance.diagonal().tail<3>()) / (kLooseExcess * kLooseExcess);
   if (!(told >= kLeastTold)) {
-    verdict.why = "the dots hardly tell what one homogeneous layer would reflect";
+    verdict.why = "not known, as the dots hardly tell what one homogeneous layer would reflect";
     return verdict;
   }
   std::vector<double> excess;

@@ -117,7 +117,10 @@ class Chunks {
   void require_crc() const {
     const auto* stated = file_.header().findTypedAttribute<Imf::IntAttribute>(kExrCrc);
     if (stated && uint32_t(stated->value()) != crc_) {
-      throw std::runtime_error("its pixels are not those that were written, by their CRC-32C");
+      throw std::runtime_error(
+          "its packed pixels are not those that lamella_crc32c is of: a bit flipped, or another "
+          "program "
+          "wrote it and kept that attribute");
     }
   }
 
