@@ -22,8 +22,8 @@ constexpr double kLeastAgreed = 0.5;
 constexpr double kMostApart_px = 0.25;  // what a calibration is good to; good sessions have 0.01
 constexpr double kMostFullOff = 0.01;   // 7 % of c; good sessions have 0.1 %
 constexpr double kMostOffSurface_deg = 6;
-constexpr double kMostBlackOff =
-    0.002;  // l_d 4 to 7 %; good sessions have 0.0002, dark skin 0.0007
+// l_d 4 to 7 %; good sessions have 0.0002, dark skin 0.0007.
+constexpr double kMostBlackOff = 0.002;
 constexpr double kMostStripeMisfit = 0.1;
 constexpr double kLeastCoherence = 0.9;
 constexpr double kLeastDarkDots = 0.9;

@@ -105,9 +105,11 @@ class LayeredRings final : public ceres::EvaluationCallback {
     if (!is_new && (has_slopes_ || !with_slopes)) return;
     has_slopes_ = with_slopes;
     const auto& [deep_s, shallow_s, log_ld] = at_;
-    if (with_slopes)
+    if (with_slopes) {
       measure(equations_.shape(Dual(deep_s, 0), Dual(shallow_s, 1), Dual(log_ld, 2)));
-    if (!with_slopes) measure(equations_.shape(deep_s, shallow_s, log_ld));
+    } else {
+      measure(equations_.shape(deep_s, shallow_s, log_ld));
+    }
   }
 
   const Dual& off(size_t ring) const { return off_[ring]; }

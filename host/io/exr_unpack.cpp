@@ -119,8 +119,7 @@ class Chunks {
     if (stated && uint32_t(stated->value()) != crc_) {
       throw std::runtime_error(
           "its packed pixels are not those that lamella_crc32c is of: a bit flipped, or another "
-          "program "
-          "wrote it and kept that attribute");
+          "program wrote it and kept that attribute");
     }
   }
 

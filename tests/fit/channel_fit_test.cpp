@@ -32,8 +32,8 @@ ChannelTails tails_that_differ(double moved) {
   return tails;
 }
 
-// Failure: dots that differ by much move a slab's figures along a bent valley; deviations taken
-// from its first part alone had two thirds of what other photographs made of them.
+// Failure: dots that differ by much move a slab's figures along a bent valley, and deviations were
+// taken from its first part alone.
 TEST(ChannelFit, DeviationsOfASlabAreWhatAnotherDrawOfAllItsDotsMakesOfIt) {
   const double moved = 0.06, of_a_draw = moved * std::sqrt(kGroups - 1.0);
   const ChannelTails tails = tails_that_differ(moved);
